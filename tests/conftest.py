@@ -1,0 +1,20 @@
+"""Shared fixtures: where the real recordings lie, and run-time checks of array shapes."""
+
+import os
+from pathlib import Path
+
+import pytest
+from jaxtyping import install_import_hook
+
+# Before any of the modules is imported: every jaxtyping signature below is checked by beartype.
+install_import_hook(["navtool.pipeline", "navtool.datasets", "navtool.sim"], "beartype.beartype")
+
+
+@pytest.fixture(scope="session")
+def recordings() -> Path:
+    """The folder of real recordings; tests that need it skip where it is absent, and say so."""
+    default = Path(__file__).resolve().parents[2] / "shared" / "data"
+    folder = Path(os.environ.get("NAVTOOL_DATA", default))
+    if not (folder / "SOURCES.md").is_file():
+        pytest.skip(f"no real recordings at {folder}; set NAVTOOL_DATA to their folder")
+    return folder

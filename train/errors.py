@@ -1,0 +1,7 @@
+"""The error of the train package."""
+
+from navtool.pipeline.errors import NavtoolError
+
+
+class TrainError(NavtoolError):
+    """A run, a checkpoint or a split cannot be used as it is."""
