@@ -1,0 +1,78 @@
+"""Hashes that tie an output to what it was made from: input bytes, configuration, code."""
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from enum import Enum
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from navtool.datasets.errors import DatasetsError
+
+_PACKAGES = ("cli", "configs", "datasets", "export", "pipeline", "sim", "train")
+
+
+def file_sha256(path: Path) -> str:
+    """The SHA-256 of a file's bytes in hexadecimal, read in bounded memory."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise DatasetsError(f"cannot be read ({error.strerror})", where=path, cure="check the path and its permissions") from error
+
+
+def recording_sha256(path: Path) -> str:
+    """The SHA-256 of a recording: of the file, or of a folder's files in the order of their names.
+
+    A folder's hash covers relative names and contents, so that renaming a part changes it.
+    """
+    if path.is_file():
+        return file_sha256(path)
+    digest = hashlib.sha256()
+    for part in sorted(entry for entry in path.rglob("*") if entry.is_file()):
+        digest.update(f"{part.relative_to(path).as_posix()}\0{file_sha256(part)}\n".encode())
+    return digest.hexdigest()
+
+
+def plain(value: object) -> object:
+    """The value as what JSON knows: dataclasses become objects, enums their names, arrays lists, paths text."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Path):
+        return value.as_posix()
+    if isinstance(value, Sequence) and not isinstance(value, str | bytes):
+        return [plain(entry) for entry in value]
+    return value
+
+
+def config_hash(config: object) -> str:
+    """The SHA-256 of a configuration; equal settings give equal hashes, whatever the order of the keys."""
+    text = json.dumps(plain(config), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@cache
+def code_version() -> str:
+    """The package's version with a hash of its own sources, such as ``0.1.0+src.1f2e3d4c5b6a``.
+
+    Two machines with the same sources give the same text, whether installed or run from a checkout.
+    """
+    digest = hashlib.sha256()
+    root = Path(__file__).resolve().parents[1]
+    for package in _PACKAGES:
+        for source in sorted([*(root / package).rglob("*.py"), *(root / package).rglob("*.yaml")]):
+            digest.update(f"{source.relative_to(root).as_posix()}\0".encode())
+            digest.update(source.read_bytes())
+    return f"{version('navtool')}+src.{digest.hexdigest()[:12]}"
