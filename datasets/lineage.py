@@ -22,7 +22,9 @@ def file_sha256(path: Path) -> str:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
-        raise DatasetsError(f"cannot be read ({error.strerror})", where=path, cure="check the path and its permissions") from error
+        raise DatasetsError(
+            f"cannot be read ({error.strerror})", where=path, cure="check the path and its permissions"
+        ) from error
 
 
 def recording_sha256(path: Path) -> str:
