@@ -1,0 +1,217 @@
+"""What is fixed about a robot: its topics, frames, joints, mounting and size."""
+
+import math
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+
+import yaml
+
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.from_plain import from_plain
+from navtool.datasets.lineage import plain
+
+NO_TOPIC = "none"
+"""As the only candidate of a stream: the robot's recordings have this topic, but it is not wanted."""
+
+_MOUNTED = ("image", "lidar", "imu")
+_DISTORTION_LENGTHS = {"none": (0,), "plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,)}
+
+
+@dataclass(kw_only=True, slots=True)
+class TopicCandidates:
+    """Topic names per stream, best first; the first one that the recording has with messages is taken.
+
+    A name with a leading slash is matched whole; ``platform/odom`` without one matches in any namespace.
+    An empty list means that a topic is proposed from the types and names; ``[none]`` leaves the stream out.
+    """
+
+    image: list[str] = field(default_factory=list)
+    """Image or CompressedImage of the front camera."""
+    camera_info: list[str] = field(default_factory=list)
+    """CameraInfo of that camera; proposed: the one in the image's namespace."""
+    lidar: list[str] = field(default_factory=list)
+    """PointCloud2 of the LiDAR, unfiltered and in the sensor's frame."""
+    odometry: list[str] = field(default_factory=list)
+    """Odometry in a smooth local frame."""
+    imu: list[str] = field(default_factory=list)
+    """Imu at its native rate."""
+    joints: list[str] = field(default_factory=list)
+    """JointState."""
+    battery: list[str] = field(default_factory=list)
+    """BatteryState."""
+    command: list[str] = field(default_factory=list)
+    """Twist or TwistStamped: the velocity asked of the robot."""
+    intervention: list[str] = field(default_factory=list)
+    """std_msgs Bool: true while an operator overrides the robot."""
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            names: list[str] = getattr(self, entry.name)
+            if any(not name.strip("/ ") for name in names):
+                raise DatasetsError(
+                    f"an empty topic name in {names}", where=f"topics.{entry.name}", cure="remove it, or name a topic"
+                )
+            if NO_TOPIC in names and len(names) > 1:
+                raise DatasetsError(
+                    f"'{NO_TOPIC}' stands beside topics in {names}",
+                    where=f"topics.{entry.name}",
+                    cure=f"write [{NO_TOPIC}] alone to leave the stream out, or remove it",
+                )
+
+
+@dataclass(kw_only=True, slots=True)
+class CameraFallback:
+    """Calibration of the front camera, used only where a recording has no CameraInfo."""
+
+    width: int
+    """Width of the calibrated image in pixels."""
+    height: int
+    """Height of the calibrated image in pixels."""
+    fx: float
+    """Focal length along columns in pixels."""
+    fy: float
+    """Focal length along rows in pixels."""
+    cx: float
+    """Principal point's column in pixels."""
+    cy: float
+    """Principal point's row in pixels."""
+    distortion_model: str = "none"
+    """none, plumb_bob, rational_polynomial or equidistant."""
+    distortion: list[float] = field(default_factory=list)
+    """Coefficients in OpenCV's order; plumb_bob 4 or 5, rational_polynomial 8, equidistant 4."""
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height", "fx", "fy"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise DatasetsError(
+                    f"{name} = {value} px is not positive",
+                    where="camera",
+                    cure="give it in pixels of the calibrated image",
+                )
+        lengths = _DISTORTION_LENGTHS.get(self.distortion_model)
+        if lengths is None:
+            raise DatasetsError(
+                f"unknown distortion model {self.distortion_model!r}",
+                where="camera.distortion_model",
+                cure=f"use one of {', '.join(_DISTORTION_LENGTHS)}",
+            )
+        if len(self.distortion) not in lengths or not all(math.isfinite(value) for value in self.distortion):
+            raise DatasetsError(
+                f"{self.distortion} are not the coefficients of {self.distortion_model}",
+                where="camera.distortion",
+                cure=f"give {' or '.join(map(str, lengths))} finite numbers",
+            )
+
+
+@dataclass(kw_only=True, slots=True)
+class Mounting:
+    """Pose of a sensor's frame in the base frame, used only where a recording's tf has no path between them."""
+
+    xyz_m: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Position in the base frame: forward, left, up."""
+    rpy_rad: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Roll, pitch, yaw about the base's fixed axes; of the optical frame (z forward, x right) for the camera."""
+
+    def __post_init__(self) -> None:
+        for name, unit in (("xyz_m", "metres"), ("rpy_rad", "radians")):
+            values: list[float] = getattr(self, name)
+            if len(values) != 3 or not all(math.isfinite(value) for value in values):
+                raise DatasetsError(
+                    f"{values} are not three finite numbers", where=name, cure=f"give three numbers in {unit}"
+                )
+        if any(abs(value) > 2 * math.pi for value in self.rpy_rad):
+            raise DatasetsError(
+                f"{self.rpy_rad} rad is more than a full turn", where="rpy_rad", cure="give radians, not degrees"
+            )
+
+
+@dataclass(kw_only=True, slots=True)
+class RobotConfig:
+    """One robot as its recordings see it; every stream that is left open is proposed from each recording."""
+
+    name: str = "robot"
+    """Written into the data set as its robot type."""
+    task: str = "navigate"
+    """What the robot does in these recordings, in a few words."""
+    topics: TopicCandidates = field(default_factory=TopicCandidates)
+    """Candidate topics per stream."""
+    base_frame: str = "base_link"
+    """The tf frame whose axes the data set uses: x forward, y left, z up."""
+    base_height_m: float = 0.0
+    """Height of the base frame's origin above the ground, in [0, 5]."""
+    joint_names: list[str] = field(default_factory=list)
+    """Joints in the data set's order; empty takes the first message's order."""
+    width_m: float = 0.5
+    """Width of the swath that the robot drives over, in (0, 5]."""
+    battery_current_sign: int = -1
+    """Sign that a discharging current has in the recordings; sensor_msgs says negative. The data set's is positive."""
+    camera: CameraFallback | None = None
+    """Calibration where a recording has none; None leaves such recordings without one."""
+    mounting: dict[str, Mounting] = field(default_factory=dict)
+    """Sensor poses by ``image``, ``lidar`` or ``imu`` where tf has no path to the base frame."""
+
+    def __post_init__(self) -> None:
+        if not self.name.strip():
+            raise DatasetsError("the robot has no name", where="name", cure="give one, such as husky")
+        if not self.base_frame.strip():
+            raise DatasetsError(
+                "the base frame has no name", where="base_frame", cure="give a tf frame, such as base_link"
+            )
+        if not 0.0 <= self.base_height_m <= 5.0:
+            raise DatasetsError(
+                f"{self.base_height_m} m is outside [0, 5] m",
+                where="base_height_m",
+                cure="give the height of the base frame's origin above the ground in metres",
+            )
+        if not 0.0 < self.width_m <= 5.0:
+            raise DatasetsError(
+                f"{self.width_m} m is outside (0, 5] m", where="width_m", cure="give the robot's width in metres"
+            )
+        if self.battery_current_sign not in (-1, 1):
+            raise DatasetsError(
+                f"{self.battery_current_sign} is neither -1 nor 1",
+                where="battery_current_sign",
+                cure="give 1 where a discharging current is positive in the recordings, else -1",
+            )
+        repeated = sorted({joint for joint in self.joint_names if self.joint_names.count(joint) > 1})
+        if repeated:
+            raise DatasetsError(f"{', '.join(repeated)} named twice", where="joint_names", cure="name every joint once")
+        unknown = sorted(set(self.mounting) - set(_MOUNTED))
+        if unknown:
+            raise DatasetsError(
+                f"unknown sensors {', '.join(unknown)}", where="mounting", cure=f"known are {', '.join(_MOUNTED)}"
+            )
+
+
+def load_robot_file(path: Path) -> RobotConfig:
+    """The robot described by a YAML file, as ``save_robot_file`` writes it.
+
+    Raises:
+        DatasetsError: If the file cannot be read, is not YAML, or has unknown keys or wrong values; all are named.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DatasetsError(
+            f"cannot be read ({error.strerror})", where=path, cure="check the path of the robot file"
+        ) from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        first = " ".join(str(error).split())
+        raise DatasetsError(f"is not YAML: {first}", where=path, cure="correct the file's syntax") from error
+    return from_plain(RobotConfig, content, where=path)
+
+
+def save_robot_file(robot: RobotConfig, path: Path) -> None:
+    """Write the robot as YAML that ``load_robot_file`` reads back equal; an existing file is replaced.
+
+    Raises:
+        DatasetsError: If the file cannot be written.
+    """
+    text = yaml.safe_dump(plain(robot), sort_keys=False, allow_unicode=True, default_flow_style=None, width=120)
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise DatasetsError(
+            f"cannot be written ({error.strerror})", where=path, cure="choose a folder that can be written"
+        ) from error

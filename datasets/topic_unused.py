@@ -1,0 +1,105 @@
+"""Why a topic of a recording feeds no stream of the data set."""
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from navtool.datasets.topic_score import IMAGE_TYPES, STREAM_TYPES, camera_name, name_score
+
+
+@runtime_checkable
+class TopicLike(Protocol):
+    """What a topic of a recording is mapped by."""
+
+    @property
+    def name(self) -> str:
+        """The topic's full name."""
+
+    @property
+    def type(self) -> str:
+        """The message type as ``pkg/msg/Name``."""
+
+    @property
+    def count(self) -> int:
+        """The number of messages."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnusedTopic:
+    """A topic that is in the recording and not in the data set."""
+
+    name: str
+    type: str
+    count: int
+    reason: str
+
+
+_WHAT = {
+    "camera_info": "calibration of a camera that is not used",
+    "lidar": "another point cloud",
+    "odometry": "another odometry",
+    "imu": "another IMU",
+    "joints": "other joints",
+    "battery": "another battery",
+    "command": "another velocity",
+    "intervention": "another flag",
+}
+
+_BY_TYPE = (
+    (r"^sensor_msgs/msg/(LaserScan|MultiEchoLaserScan|LaserEcho)$", "a planar scan; the data set takes 3-D clouds"),
+    (r"^sensor_msgs/msg/PointCloud$", "the old cloud type; only PointCloud2 is read"),
+    (r"(VelodyneScan|PandarScan|PacketMsg|Packets?)$", "raw sensor packets; needs a packet decoder"),
+    (r"^livox_\w+/msg/CustomMsg$", "a vendor's own cloud; needs a vendor decoder or a PointCloud2 from the driver"),
+    (r"^sensor_msgs/msg/(NavSatFix|NavSatStatus)$", "satellite positions have no column in the data set"),
+    (r"^sensor_msgs/msg/Joy$", "joystick axes are not velocities; map them to a Twist first"),
+)
+"""First match wins: regular expression on the type, reason."""
+
+_STANDARD = re.compile(
+    r"^((std|geometry|sensor|nav|diagnostic|visualization|trajectory|stereo|shape|rosgraph)_msgs|rcl_interfaces)/"
+)
+
+
+def unused_topics(
+    topics: Sequence[TopicLike], chosen: Mapping[str, str | None], transforms: Collection[str]
+) -> tuple[UnusedTopic, ...]:
+    """Every topic that is neither chosen for a stream nor a transform, by name, with the reason."""
+    used = {name for name in chosen.values() if name is not None} | set(transforms)
+    rest = sorted((topic for topic in topics if topic.name not in used), key=lambda topic: topic.name)
+    return tuple(UnusedTopic(topic.name, topic.type, topic.count, _reason(topic, chosen)) for topic in rest)
+
+
+def _reason(topic: TopicLike, chosen: Mapping[str, str | None]) -> str:
+    if topic.count == 0:
+        return "no messages"
+    if topic.type in IMAGE_TYPES:
+        return _image_reason(topic.name, chosen["image"])
+    for stream, kinds in STREAM_TYPES.items():
+        if topic.type in kinds:
+            return _stream_reason(stream, topic.name, chosen[stream])
+    for pattern, reason in _BY_TYPE:
+        if re.search(pattern, topic.type):
+            return reason
+    if _STANDARD.match(topic.type):
+        return "no stream of the data set takes this type"
+    return f"no decoder for {topic.type}"
+
+
+def _image_reason(name: str, image: str | None) -> str:
+    if name_score("image", name) is None:
+        return "a depth or derived image; the data set takes colour images"
+    if image is None:
+        return "a camera, and no camera is wanted"
+    same = camera_name(name) == camera_name(image)
+    return f"the same images as {image} in another encoding" if same else f"another camera; {image} is used"
+
+
+def _stream_reason(stream: str, name: str, used: str | None) -> str:
+    if used is not None:
+        return f"{_WHAT[stream]}; {used} is used"
+    if stream == "camera_info":
+        return _WHAT[stream]
+    if name_score(stream, name) is None:
+        return f"its name does not say that it is the {stream}; name it in the robot file if it is"
+    return f"not among the robot's candidates for {stream}"
