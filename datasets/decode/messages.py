@@ -1,0 +1,221 @@
+"""The decoded messages: what navtool works with once a recording's bytes are understood.
+
+Every class carries the header's stamp and frame. A message without a header (``geometry_msgs/Twist``, ``std_msgs/*``)
+has ``stamp_ns`` None and an empty ``frame_id``; a header that was never filled in has ``stamp_ns`` 0, as recorded.
+Units are SI and axes as recorded (REP-103); quaternions are xyzw. Large arrays may be read-only views of the message.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float32, Float64, UInt8, UInt16
+
+from navtool.pipeline.geometry.camera import CameraModel
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImageFrame:
+    """A colour image, whatever its encoding was: a grey one has three equal channels."""
+
+    stamp_ns: int | None
+    frame_id: str
+    rgb: UInt8[np.ndarray, "h w 3"]
+    encoding: str
+    """The encoding as recorded, such as ``bayer_rggb8``, or the compression, such as ``jpeg``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointCloud:
+    """The points of a LiDAR sweep in the sensor's frame, in the order they were recorded."""
+
+    stamp_ns: int | None
+    frame_id: str
+    xyz: Float32[np.ndarray, "n 3"]
+    """Metres; every coordinate is finite. A missing return that was recorded as zeros is still there."""
+    intensity: Float32[np.ndarray, " n"] | None
+    """As recorded, in the sensor's own scale; None where the cloud has no such field."""
+    ring: UInt16[np.ndarray, " n"] | None
+    """Index of the laser; None where the cloud has no such field."""
+    time_s: Float32[np.ndarray, " n"] | None
+    """Seconds relative to the header stamp, negative where the header marks the end of the sweep."""
+    dropped_nonfinite: int
+    """Points left out because a coordinate was NaN or infinite."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OdometrySample:
+    """Pose of the child frame in ``frame_id``, and its velocity in the child frame."""
+
+    stamp_ns: int | None
+    frame_id: str
+    child_frame_id: str
+    position: Float64[np.ndarray, " 3"]
+    orientation: Float64[np.ndarray, " 4"]
+    linear: Float64[np.ndarray, " 3"]
+    angular: Float64[np.ndarray, " 3"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseSample:
+    """A pose in ``frame_id``."""
+
+    stamp_ns: int | None
+    frame_id: str
+    position: Float64[np.ndarray, " 3"]
+    orientation: Float64[np.ndarray, " 4"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuSample:
+    """One reading of an inertial sensor, in the sensor's axes."""
+
+    stamp_ns: int | None
+    frame_id: str
+    angular_velocity: Float64[np.ndarray, " 3"]
+    linear_acceleration: Float64[np.ndarray, " 3"]
+    orientation: Float64[np.ndarray, " 4"] | None
+    """None where the driver declares that it estimates none (first covariance -1)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointSample:
+    """Joint states, one row a joint; what the message left out is NaN, and so is what it recorded as NaN."""
+
+    stamp_ns: int | None
+    frame_id: str
+    names: tuple[str, ...]
+    """Empty strings for values that the message did not name."""
+    position: Float64[np.ndarray, " n"]
+    velocity: Float64[np.ndarray, " n"]
+    effort: Float64[np.ndarray, " n"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatterySample:
+    """Battery readings; NaN where the driver does not measure one."""
+
+    stamp_ns: int | None
+    frame_id: str
+    current_a: float
+    """Positive while charging, by the message's definition."""
+    voltage_v: float
+    percentage: float
+    """Charge in 0..1."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwistSample:
+    """A velocity, commanded or measured."""
+
+    stamp_ns: int | None
+    frame_id: str
+    linear: Float64[np.ndarray, " 3"]
+    angular: Float64[np.ndarray, " 3"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LaserScanSample:
+    """One sweep of a planar scanner; infinite and NaN ranges are kept as recorded."""
+
+    stamp_ns: int | None
+    frame_id: str
+    ranges: Float32[np.ndarray, " n"]
+    intensities: Float32[np.ndarray, " m"]
+    angle_min_rad: float
+    angle_max_rad: float
+    angle_increment_rad: float
+    time_increment_s: float
+    scan_time_s: float
+    range_min_m: float
+    range_max_m: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraInfoSample:
+    """A calibrated camera, with its rectification."""
+
+    stamp_ns: int | None
+    frame_id: str
+    camera: CameraModel
+    rectification: Float64[np.ndarray, "3 3"]
+    """R: rotation from the camera's frame to the rectified one."""
+    projection: Float64[np.ndarray, "3 4"]
+    """P: projection of the rectified image."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Transform:
+    """Pose of the child frame in the parent frame: ``p_parent = matrix @ p_child``."""
+
+    parent: str
+    child: str
+    stamp_ns: int
+    matrix: Float64[np.ndarray, "4 4"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransformsSample:
+    """The transforms of one message; each has its own stamp, so the message has none."""
+
+    stamp_ns: int | None
+    frame_id: str
+    transforms: tuple[Transform, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class NavSatSample:
+    """A satellite fix in WGS 84."""
+
+    stamp_ns: int | None
+    frame_id: str
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+    has_fix: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoolSample:
+    """A flag, such as an emergency stop."""
+
+    stamp_ns: int | None
+    frame_id: str
+    value: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class FloatSample:
+    """A number, such as a battery current."""
+
+    stamp_ns: int | None
+    frame_id: str
+    value: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class StringSample:
+    """A text, such as a robot description."""
+
+    stamp_ns: int | None
+    frame_id: str
+    value: str
+
+
+type Decoded = (
+    ImageFrame
+    | PointCloud
+    | OdometrySample
+    | PoseSample
+    | ImuSample
+    | JointSample
+    | BatterySample
+    | TwistSample
+    | LaserScanSample
+    | CameraInfoSample
+    | TransformsSample
+    | NavSatSample
+    | BoolSample
+    | FloatSample
+    | StringSample
+)
+"""Whatever a message decodes to."""

@@ -1,0 +1,112 @@
+"""ROS 2 recordings in SQLite (``.db3``), every schema from the first (topics and messages only) to the newest.
+
+Read with SQLite itself: the storage reader of rosbags builds an unescaped URI of the path, sorts whole messages where
+the table has no index of times, and leaves out what a crashed recorder had not yet moved out of the write-ahead log.
+"""
+
+import shutil
+import sqlite3
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.recording.foreign import translated
+from navtool.datasets.recording.message_compression import decompressed
+from navtool.datasets.recording.raw import RawMessage
+from navtool.datasets.recording.source import Channel, Definition, normalised_type
+
+_CURE = "if the recorder was killed or the copy is incomplete, try `sqlite3 FILE .recover` on a copy or copy it again"
+_DEFINITION_FORMATS = {"ros2msg": "msg", "ros2idl": "idl"}
+_LOGS = ("-wal", "-journal")
+
+
+class Db3Source:
+    """One ``.db3`` file. Nothing is ever written beside it, not even SQLite's own ``-wal`` and ``-shm`` files."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._copy: TemporaryDirectory[str] | None = None
+        with translated("this db3 recording cannot be opened", where=path, cure=_CURE):
+            self._database = self._connect()
+        try:
+            with translated("this db3 recording cannot be read", where=path, cure=_CURE):
+                self._read_index()
+        except DatasetsError:
+            self.close()
+            raise
+
+    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
+        """The messages of the topics in the order of their record times."""
+        with translated("this db3 recording is damaged", where=self._path, cure=_CURE):
+            wanted = {key: (c.topic, c.type) for key, c in self._channel_of.items() if c.topic in topics and c.count}
+            for topic_id, record_ns, data in self._rows(tuple(wanted)):
+                yield RawMessage(*wanted[topic_id], record_ns, decompressed(data))
+
+    def close(self) -> None:
+        """Let go of the file, and of its copy where there was need for one."""
+        self._database.close()
+        if self._copy is not None:
+            self._copy.cleanup()
+
+    def _connect(self) -> sqlite3.Connection:
+        logs = [log for suffix in _LOGS if (log := Path(f"{self._path}{suffix}")).is_file() and log.stat().st_size]
+        if not logs:
+            return sqlite3.connect(f"{self._path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
+        # Only SQLite can apply what the logs hold, and it needs to write for that.
+        self._copy = TemporaryDirectory(prefix="navtool-db3-")
+        for file in (self._path, *logs):
+            shutil.copy(file, self._copy.name)
+        return sqlite3.connect(Path(self._copy.name, self._path.name))
+
+    def _read_index(self) -> None:
+        tables = {name for (name,) in self._database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+        if missing := {"topics", "messages"} - tables:
+            raise DatasetsError(
+                f"an SQLite database without the table {' and '.join(sorted(missing))}",
+                where=self._path,
+                cure="pass a database that `ros2 bag record` wrote",
+            )
+        definitions: dict[str, Definition] = {}
+        if "message_definitions" in tables:
+            query = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
+            definitions = {
+                name: Definition(_DEFINITION_FORMATS.get(encoding, encoding), text)
+                for name, encoding, text in self._database.execute(query)
+                if text
+            }
+        counts: dict[int, tuple[int, int, int]] = {
+            key: (count, first, last)
+            for key, count, first, last in self._database.execute(
+                "SELECT topic_id, COUNT(*), MIN(timestamp), MAX(timestamp) FROM messages GROUP BY topic_id"
+            )
+        }
+        self._channel_of = {
+            key: Channel(name, normalised_type(kind), encoding, definitions.get(kind), counts.get(key, (0, 0, 0))[0])
+            for key, name, kind, encoding in self._database.execute(
+                "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
+            )
+        }
+        spans = [(first, last) for key, (_, first, last) in counts.items() if key in self._channel_of]
+        self.channels = tuple(self._channel_of.values())
+        self.span_ns = (min(first for first, _ in spans), max(last for _, last in spans)) if spans else None
+        self._indexed = any(
+            columns[0][2] == "timestamp"
+            for (name,) in self._database.execute(
+                "SELECT name FROM sqlite_master WHERE type = 'index' AND tbl_name = 'messages'"
+            ).fetchall()
+            if (columns := self._database.execute("SELECT * FROM pragma_index_info(?)", (name,)).fetchall())
+        )
+
+    def _rows(self, topic_ids: tuple[int, ...]) -> Iterator[tuple[int, int, bytes]]:
+        marks = ", ".join("?" * len(topic_ids))
+        if self._indexed:
+            query = (
+                f"SELECT topic_id, timestamp, data FROM messages WHERE +topic_id IN ({marks}) ORDER BY timestamp, rowid"  # noqa: S608 - only question marks
+            )
+            yield from self._database.execute(query, topic_ids)
+            return
+        # Without an index SQLite would sort the messages themselves; their row numbers are enough.
+        query = f"SELECT timestamp, rowid FROM messages WHERE topic_id IN ({marks}) ORDER BY timestamp, rowid"  # noqa: S608 - only question marks
+        for _, row in self._database.execute(query, topic_ids):
+            yield from self._database.execute("SELECT topic_id, timestamp, data FROM messages WHERE rowid = ?", (row,))

@@ -1,0 +1,29 @@
+"""One place where the errors of the libraries below become errors of navtool."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from navtool.datasets.errors import DatasetsError
+
+
+@contextmanager
+def translated(what: str, *, where: str | Path, cure: str | None = None) -> Iterator[None]:
+    """Raise every foreign exception of the block as one that names the file, keeping the original as its cause.
+
+    The libraries below answer damaged bytes with their own errors, but also with `AssertionError`, `KeyError`,
+    `struct.error`, `MemoryError` and others: hence all of them.
+    """
+    try:
+        yield
+    except DatasetsError:
+        raise
+    except Exception as error:
+        raise DatasetsError(f"{what}: {describe(error)}", where=where, cure=cure) from error
+
+
+def describe(error: BaseException) -> str:
+    """The error in one line, with its class where the message alone says little."""
+    text = " ".join(str(error).split()).rstrip(".")
+    name = type(error).__name__
+    return f"{name}: {text}" if text else name

@@ -1,0 +1,125 @@
+"""MCAP recordings; chunks uncompressed or lz4 or zstd, with or without an index."""
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap.reader import SeekingReader
+from mcap.records import Channel as ChannelRecord
+from mcap.records import Message, Schema
+from mcap.stream_reader import StreamReader
+from mcap.summary import Summary
+
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.recording.foreign import translated
+from navtool.datasets.recording.message_compression import decompressed
+from navtool.datasets.recording.raw import RawMessage
+from navtool.datasets.recording.source import Channel, Definition, normalised_type
+
+_CURE = "if the recorder was stopped early or the copy is incomplete, run `mcap recover` or copy it again"
+_COMPRESSIONS = ("", "lz4", "zstd")
+_DEFINITION_FORMATS = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl"}
+
+
+class McapSource:
+    """One ``.mcap`` file, read chunk by chunk; their checksums are verified."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        with translated("this MCAP recording cannot be opened", where=path):
+            self._file: BinaryIO = path.open("rb")
+        try:
+            with translated("this MCAP recording cannot be read", where=path, cure=_CURE):
+                self._reader = SeekingReader(self._file, validate_crcs=True)
+                self._read_index()
+        except DatasetsError:
+            self.close()
+            raise
+
+    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
+        """The messages of the topics in the order of their record times."""
+        wanted = {key: (c.topic, c.type) for key, c in self._channel_of.items() if c.topic in topics and c.count}
+        names = {topic for topic, _ in wanted.values()}
+        with translated("this MCAP recording is damaged", where=self._path, cure=_CURE):
+            if self._indexed:
+                for _, channel, message in self._reader.iter_messages(names):
+                    yield RawMessage(*wanted[channel.id], message.log_time, decompressed(message.data))
+                return
+            if not self._sorted:
+                raise DatasetsError(
+                    "its messages are neither indexed nor in the order of their record times",
+                    where=self._path,
+                    cure="run `mcap sort` on it",
+                )
+            with self._path.open("rb") as stream:
+                for record in StreamReader(stream, validate_crcs=True).records:
+                    if isinstance(record, Message) and record.channel_id in wanted:
+                        yield RawMessage(*wanted[record.channel_id], record.log_time, decompressed(record.data))
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._file.close()
+
+    def _read_index(self) -> None:
+        summary = self._reader.get_summary()
+        self._indexed = summary is not None and _is_complete(summary)
+        if summary is not None:
+            if unknown := {x.compression for x in summary.chunk_indexes} - set(_COMPRESSIONS):
+                raise DatasetsError(
+                    f"chunk compression {min(unknown)!r} is not supported; lz4 and zstd are", where=self._path
+                )
+        if summary is not None and self._indexed:
+            statistics = summary.statistics
+            self._channel_of = {
+                key: _channel(record, summary.schemas, statistics.channel_message_counts.get(key, 0))
+                for key, record in summary.channels.items()
+            }
+            counted = statistics.message_count > 0
+            self.span_ns = (statistics.message_start_time, statistics.message_end_time) if counted else None
+        else:
+            self._scan()
+        self.channels = tuple(self._channel_of.values())
+
+    def _scan(self) -> None:
+        schemas: dict[int, Schema] = {}
+        records: dict[int, ChannelRecord] = {}
+        counts: Counter[int] = Counter()
+        first_ns, last_ns, self._sorted = 2**64, -1, True
+        with self._path.open("rb") as stream:
+            for record in StreamReader(stream, validate_crcs=True).records:
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, ChannelRecord):
+                    records[record.id] = record
+                elif isinstance(record, Message):
+                    counts[record.channel_id] += 1
+                    self._sorted = self._sorted and record.log_time >= last_ns
+                    first_ns, last_ns = min(first_ns, record.log_time), max(last_ns, record.log_time)
+        self._channel_of = {key: _channel(record, schemas, counts[key]) for key, record in records.items()}
+        self.span_ns = (first_ns, last_ns) if counts else None
+
+
+def _is_complete(summary: Summary) -> bool:
+    """Whether the summary alone tells where each message is and what it is."""
+    statistics = summary.statistics
+    if statistics is None:
+        return False
+    used = {key for index in summary.chunk_indexes for key in index.message_index_offsets}
+    used |= set(statistics.channel_message_counts)
+    described = used <= set(summary.channels) and all(
+        x.schema_id == 0 or x.schema_id in summary.schemas for x in summary.channels.values()
+    )
+    counted = sum(statistics.channel_message_counts.values()) == statistics.message_count
+    return described and counted and (bool(summary.chunk_indexes) or statistics.message_count == 0)
+
+
+def _channel(record: ChannelRecord, schemas: dict[int, Schema], count: int) -> Channel:
+    schema = schemas.get(record.schema_id)
+    if schema is None:
+        return Channel(record.topic, "", record.message_encoding, None, count)
+    definition = None
+    if schema.data:
+        form = _DEFINITION_FORMATS.get(schema.encoding, schema.encoding)
+        definition = Definition(form, schema.data.decode(errors="replace"))
+    return Channel(record.topic, normalised_type(schema.name), record.message_encoding, definition, count)

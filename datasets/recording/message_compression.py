@@ -1,0 +1,16 @@
+"""Messages that rosbag2 compressed one by one (``compression_mode: MESSAGE``)."""
+
+import zstandard
+
+_MAGIC = b"\x28\xb5\x2f\xfd"
+
+
+def decompressed(data: bytes) -> bytes:
+    """The serialised message, decompressed where it is a zstd frame.
+
+    The mode is noted only in the ``metadata.yaml`` of the whole recording, which a single file of it lacks. The bytes
+    tell as well: a CDR message starts with 0, the first byte of its encapsulation, and never with zstd's magic.
+    """
+    if data[:4] != _MAGIC:
+        return data
+    return zstandard.ZstdDecompressor().decompressobj().decompress(data)

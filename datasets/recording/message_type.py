@@ -1,0 +1,101 @@
+"""Message types of a recording: from definitions to objects and header stamps, one type at a time and on demand."""
+
+import struct
+from functools import cache
+from typing import Any, NamedTuple
+
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.recording.source import Channel, Definition
+
+_ENCODINGS = ("ros1", "cdr")
+_HEADERS = ("std_msgs/msg/Header", "roslib/msg/Header")
+_IDL_SEPARATOR = "=" * 80 + "\n"
+
+
+class StampLayout(NamedTuple):
+    """Where the header's stamp lies in a serialised message, behind the encapsulation that CDR starts with."""
+
+    encoding: str
+    offset: int
+
+    def read(self, data: bytes) -> int:
+        """The stamp in nanoseconds.
+
+        Raises:
+            struct.error: The message is shorter than its header.
+        """
+        if self.encoding == "ros1":
+            sec, nsec = struct.unpack_from("<II", data, self.offset)
+        else:
+            order = "<" if data[1:2] == b"\x01" else ">"
+            sec, nsec = struct.unpack_from(f"{order}iI", data, 4 + self.offset)
+        return int(sec) * 1_000_000_000 + int(nsec)
+
+
+class MessageType:
+    """One message type by the definition of its channel, or by the default of the ROS distribution where it has none.
+
+    Each type has its own store: two recorders may disagree about a type of the same name.
+    """
+
+    def __init__(self, channel: Channel, ros_distro: str) -> None:
+        if channel.encoding not in _ENCODINGS:
+            raise DatasetsError(
+                f"messages encoded as {channel.encoding!r} are not supported yet; {' and '.join(_ENCODINGS)} are"
+            )
+        self.name = channel.type
+        self.encoding = channel.encoding
+        if channel.definition is None:
+            self._store = default_store("ros1" if channel.encoding == "ros1" else ros_distro)
+            if self.name not in self._store.fielddefs:
+                raise DatasetsError(
+                    f"the recording embeds no definition of {self.name}, and ROS {ros_distro} has no such type",
+                    cure="record to MCAP, which embeds definitions, or convert it where the type is installed",
+                )
+        else:
+            self._store = get_typestore(Stores.EMPTY)
+            self._store.register(_parsed(channel.definition, self.name))
+
+    def stamp_layout(self) -> StampLayout | None:
+        """Where the header's stamp lies; None where the type does not start with a header."""
+        fields = self._store.fielddefs[self.name][1]
+        if not fields or fields[0][1][0] != Nodetype.NAME or fields[0][1][1] not in _HEADERS:
+            return None
+        header = [name for name, _ in self._store.fielddefs[str(fields[0][1][1])][1]]
+        return StampLayout(self.encoding, 4 * header.index("stamp"))
+
+    def deserialise(self, data: bytes) -> Any:
+        """The message as an object with the definition's fields; its arrays are views of the data."""
+        read = self._store.deserialize_ros1 if self.encoding == "ros1" else self._store.deserialize_cdr
+        return read(memoryview(data), self.name)
+
+
+@cache
+def default_store(ros_distro: str) -> Typestore:
+    """The types of a ROS 2 distribution by name, or those of ROS 1.
+
+    Raises:
+        DatasetsError: There is no such distribution.
+    """
+    distros = {x.value.removeprefix("ros2_"): x for x in Stores if x.value.startswith("ros2_")}
+    distros["ros1"] = Stores.ROS1_NOETIC
+    if ros_distro not in distros:
+        raise DatasetsError(f"unknown ROS distribution {ros_distro!r}", cure=f"use one of {', '.join(sorted(distros))}")
+    return get_typestore(distros[ros_distro])
+
+
+def _parsed(definition: Definition, name: str) -> Any:
+    if definition.format == "msg":
+        return get_types_from_msg(definition.text, name)
+    if definition.format != "idl":
+        raise DatasetsError(f"definitions written in {definition.format!r} are not supported yet; msg and idl are")
+    if not definition.text.startswith(_IDL_SEPARATOR):
+        return get_types_from_idl(definition.text)
+    types: dict[str, Any] = {}
+    for part in definition.text.split(_IDL_SEPARATOR)[1:]:
+        types.update(get_types_from_idl(part.partition("\n")[2]))
+    return types

@@ -1,0 +1,68 @@
+"""Opening a recording: what the path is, and which files belong to it."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.recording.db3_source import Db3Source
+from navtool.datasets.recording.folder import files_of
+from navtool.datasets.recording.foreign import translated
+from navtool.datasets.recording.mcap_source import McapSource
+from navtool.datasets.recording.message_type import default_store
+from navtool.datasets.recording.raw import RecordingFormat
+from navtool.datasets.recording.recording import Recording
+from navtool.datasets.recording.ros1_source import Ros1Source
+from navtool.datasets.recording.source import Source
+
+_SOURCES: dict[RecordingFormat, Callable[[Path], Source]] = {
+    RecordingFormat.ros1: Ros1Source,
+    RecordingFormat.ros2_db3: Db3Source,
+    RecordingFormat.mcap: McapSource,
+}
+_MAGIC = {
+    b"#ROSBAG V": RecordingFormat.ros1,
+    b"SQLite format 3\0": RecordingFormat.ros2_db3,
+    b"\x89MCAP": RecordingFormat.mcap,
+}
+
+
+def open_recording(path: Path, *, ros_distro: str = "humble") -> Recording:
+    """The recording at a path, to be used as a context manager.
+
+    Args:
+        path: A ROS 1 ``.bag``, a ROS 2 ``.db3``, an ``.mcap``, or the folder of a ROS 2 recording. The bytes decide, not
+            the name. One file of a split recording is a recording of its own.
+        ros_distro: ROS 2 distribution whose message definitions stand in where the recording embeds none.
+
+    Raises:
+        DatasetsError: It is not there, not a recording, damaged, or stored in a way that is not supported.
+    """
+    default_store(ros_distro)
+    files = files_of(path)
+    formats = [_format_of(file) for file in files]
+    if len(set(formats)) > 1:
+        raise DatasetsError(f"its files have different formats: {', '.join(sorted(set(formats)))}", where=path)
+    sources: list[Source] = []
+    try:
+        for file in files:
+            sources.append(_SOURCES[formats[0]](file))
+        return Recording(path, formats[0], sources, ros_distro)
+    except BaseException:
+        for source in sources:
+            source.close()
+        raise
+
+
+def _format_of(file: Path) -> RecordingFormat:
+    with translated("the file cannot be opened", where=file), file.open("rb") as stream:
+        head = stream.read(16)
+    if not head:
+        raise DatasetsError("the file is empty", where=file, cure="record or copy it again")
+    for magic, recording_format in _MAGIC.items():
+        if head.startswith(magic):
+            return recording_format
+    raise DatasetsError(
+        "this is not a recording: its first bytes are those of no ROS 1 bag, db3 or MCAP file",
+        where=file,
+        cure="pass a .bag, a .db3, an .mcap or the folder of a ROS 2 recording",
+    )

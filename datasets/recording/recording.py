@@ -1,0 +1,151 @@
+"""A recording, whatever its format: its topics, its messages in time order, their stamps and their contents."""
+
+import heapq
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from navtool.datasets.decode.messages import Decoded
+from navtool.datasets.decode.table import DECODERS
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.recording.foreign import describe
+from navtool.datasets.recording.message_type import MessageType, StampLayout
+from navtool.datasets.recording.raw import RawMessage, RecordingFormat, Topic
+from navtool.datasets.recording.source import Channel, Source
+
+
+class Recording:
+    """One recording, of one file or of the files it was split into; `open_recording` makes it.
+
+    Reading streams: memory holds the chunks around the current time and the index, never the whole recording. Nothing
+    is written beside the files. Every fault is a `DatasetsError` that names the file, and the topic and record time
+    where it is one message's. A type that cannot be decoded is listed like the others and hinders none of them.
+
+    Attributes:
+        path: What was opened, a file or a folder.
+        format: How it is stored.
+        start_ns: Record time of the first message; 0 without messages.
+        end_ns: Record time of the last message; 0 without messages.
+        message_count: Of all topics.
+        topics: By name; those without messages included.
+    """
+
+    def __init__(
+        self, path: Path, recording_format: RecordingFormat, sources: Sequence[Source], ros_distro: str
+    ) -> None:
+        self.path = path
+        self.format = recording_format
+        self._sources = tuple(sources)
+        self._ros_distro = ros_distro
+        self._types: dict[tuple[str, str], MessageType | DatasetsError] = {}
+        self._stamps: dict[tuple[str, str], StampLayout | None] = {}
+        self._channels: dict[tuple[str, str], list[Channel]] = {}
+        counts: Counter[tuple[str, str]] = Counter()
+        for channel in (channel for source in sources for channel in source.channels):
+            key = (channel.topic, channel.type)
+            counts[key] += channel.count
+            self._channels.setdefault(key, []).append(channel)
+        self.topics = tuple(Topic(name, kind, counts[name, kind]) for name, kind in sorted(counts))
+        self.message_count = counts.total()
+        spans = [source.span_ns for source in sources if source.span_ns is not None]
+        self.start_ns = min((first for first, _ in spans), default=0)
+        self.end_ns = max((last for _, last in spans), default=0)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the files; the description stays readable, the messages do not."""
+        for source in self._sources:
+            source.close()
+
+    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
+        """The messages of the topics, in the order of their record times.
+
+        Args:
+            topics: Names of topics; none gives no messages.
+
+        Raises:
+            DatasetsError: The recording has no topic of such a name; while iterating: it is damaged.
+        """
+        known = {topic.name for topic in self.topics}
+        if missing := sorted(set(topics) - known):
+            raise DatasetsError(
+                f"no topic {', '.join(missing)}",
+                where=self.path,
+                cure=f"choose from {', '.join(sorted(known)) or 'nothing: the recording has no topics'}",
+            )
+        wanted = frozenset(topics)
+        if len(self._sources) == 1:
+            return self._sources[0].messages(wanted)
+        return heapq.merge(*(source.messages(wanted) for source in self._sources), key=lambda raw: raw.record_ns)
+
+    def header_stamp_ns(self, raw: RawMessage) -> int | None:
+        """The header's stamp, read from the bytes; 0 where it was left unset, None where the type has no header.
+
+        None also where the type is unknown: whether it has a header cannot be told then.
+
+        Raises:
+            DatasetsError: The message is shorter than its header.
+        """
+        key = (raw.topic, raw.type)
+        if key not in self._stamps:
+            try:
+                self._stamps[key] = self._type_of(raw).stamp_layout()
+            except DatasetsError:
+                self._stamps[key] = None
+        layout = self._stamps[key]
+        if layout is None:
+            return None
+        try:
+            return layout.read(raw.data)
+        except Exception as error:
+            raise self._fault(raw, f"its header cannot be read: {describe(error)}") from error
+
+    def decode(self, raw: RawMessage) -> Decoded:
+        """The contents of a message.
+
+        Raises:
+            DatasetsError: navtool has no decoder for the type, its definition is missing or the bytes are damaged.
+        """
+        decoder = DECODERS.get(raw.type)
+        if decoder is None:
+            raise self._fault(raw, "there is no decoder for the type", f"decodable are {', '.join(sorted(DECODERS))}")
+        try:
+            return decoder(self._type_of(raw).deserialise(raw.data))
+        except DatasetsError as error:
+            raise self._fault(raw, error.what, error.cure) from error
+        except Exception as error:
+            raise self._fault(raw, f"the message cannot be decoded: {describe(error)}") from error
+
+    def _type_of(self, raw: RawMessage) -> MessageType:
+        key = (raw.topic, raw.type)
+        if key not in self._types:
+            try:
+                self._types[key] = self._read_type(key)
+            except DatasetsError as error:
+                self._types[key] = error
+            except Exception as error:
+                self._types[key] = DatasetsError(f"its definition cannot be read: {describe(error)}")
+        found = self._types[key]
+        if isinstance(found, DatasetsError):
+            raise DatasetsError(found.what, cure=found.cure) from found
+        return found
+
+    def _read_type(self, key: tuple[str, str]) -> MessageType:
+        channels = self._channels.get(key)
+        if channels is None:
+            raise DatasetsError("the message is not one of this recording")
+        if len({(channel.encoding, channel.definition) for channel in channels}) > 1:
+            raise DatasetsError("the topic carries messages of two definitions of one type", cure="split the recording")
+        return MessageType(channels[0], self._ros_distro)
+
+    def _fault(self, raw: RawMessage, what: str, cure: str | None = None) -> DatasetsError:
+        return DatasetsError(what, where=f"{self.path}: {raw.topic} ({raw.type}) at {raw.record_ns} ns", cure=cure)

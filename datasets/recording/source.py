@@ -1,0 +1,50 @@
+"""What the facade asks of each storage format: one file, its channels, its messages in time order."""
+
+from collections.abc import Collection, Iterator
+from typing import NamedTuple, Protocol
+
+from navtool.datasets.recording.raw import RawMessage
+
+
+class Definition(NamedTuple):
+    """A message definition as embedded in the recording."""
+
+    format: str
+    """``msg`` or ``idl``; anything else is a schema language navtool does not read."""
+    text: str
+
+
+class Channel(NamedTuple):
+    """A stream of equally encoded messages; several channels may share a topic."""
+
+    topic: str
+    type: str
+    encoding: str
+    """``ros1`` or ``cdr`` are ROS serialisations; others are listed but cannot be decoded."""
+    definition: Definition | None
+    """None where the recording embeds none."""
+    count: int
+
+
+class Source(Protocol):
+    """One opened file."""
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Its channels, those without messages included."""
+
+    @property
+    def span_ns(self) -> tuple[int, int] | None:
+        """Record times of the first and the last message; None without messages."""
+
+    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
+        """The messages of the topics in the order of their record times."""
+
+    def close(self) -> None:
+        """Let go of the file."""
+
+
+def normalised_type(name: str) -> str:
+    """``package/msg/Name`` for the ``package/Name`` of ROS 1 and of old recorders; other names as they are."""
+    parts = name.split("/")
+    return f"{parts[0]}/msg/{parts[1]}" if len(parts) == 2 and all(parts) else name
