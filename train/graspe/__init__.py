@@ -1,0 +1,1 @@
+"""The GrASPE network, one encoder a file."""
