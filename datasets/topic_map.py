@@ -1,12 +1,14 @@
 """Which topic of a recording feeds which stream of the data set, and what is left over and why."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from navtool.datasets.errors import DatasetsError
+from navtool.datasets.recording import Topic
 from navtool.datasets.robot import NO_TOPIC, TopicCandidates
 from navtool.datasets.topic_score import IMAGE_TYPES, STREAM_TYPES, camera_name, camera_namespaces, name_score
-from navtool.datasets.topic_unused import TopicLike, UnusedTopic, unused_topics
+from navtool.datasets.topic_unused import UnusedTopic, unused_topics
 
 TRANSFORM_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 
@@ -41,7 +43,7 @@ class TopicMap:
         return tuple(dict.fromkeys((*self.streams().values(), *self.transforms)))
 
 
-def propose_topic_map(topics: Sequence[TopicLike]) -> TopicMap:
+def propose_topic_map(topics: Sequence[Topic]) -> TopicMap:
     """The map that types and names suggest; deterministic, and independent of the topics' order.
 
     A topic without messages is never chosen. Among topics of a fitting type the name decides (front before rear,
@@ -50,7 +52,7 @@ def propose_topic_map(topics: Sequence[TopicLike]) -> TopicMap:
     return resolve_topic_map(TopicCandidates(), topics)
 
 
-def resolve_topic_map(candidates: TopicCandidates, topics: Sequence[TopicLike]) -> TopicMap:
+def resolve_topic_map(candidates: TopicCandidates, topics: Sequence[Topic]) -> TopicMap:
     """The map that a robot's candidates give for this recording.
 
     Per stream the first candidate that has messages is taken. Where none has, the stream stays empty with a note:
@@ -59,15 +61,7 @@ def resolve_topic_map(candidates: TopicCandidates, topics: Sequence[TopicLike]) 
     Raises:
         DatasetsError: If a candidate is in the recording with another message type; all such are named.
     """
-    names = [topic.name for topic in topics]
-    listed = {topic.name: topic for topic in topics}
-    if len(listed) < len(names):
-        repeated = sorted({name for name in names if names.count(name) > 1})
-        raise DatasetsError(
-            f"{', '.join(repeated)} listed twice",
-            where="topics",
-            cure="merge the connections of one topic before mapping it",
-        )
+    listed = _listed(topics)
     faults: list[str] = []
     notes: list[str] = []
     chosen: dict[str, str | None] = {}
@@ -83,14 +77,20 @@ def resolve_topic_map(candidates: TopicCandidates, topics: Sequence[TopicLike]) 
             chosen[stream] = _best_by_name(stream, listed, notes)
     if faults:
         raise DatasetsError("; ".join(faults), where="topics", cure="correct the robot's candidate topics")
-    transforms = tuple(sorted(t.name for t in topics if t.type in TRANSFORM_TYPES and t.count > 0))
+    transforms = tuple(sorted(t.name for t in listed.values() if t.type in TRANSFORM_TYPES and t.count > 0))
     return TopicMap(
         **chosen, transforms=transforms, not_used=unused_topics(topics, chosen, transforms), notes=tuple(notes)
     )
 
 
+def _listed(topics: Sequence[Topic]) -> dict[str, Topic]:
+    """The topics by name; one that carries messages of several types cannot feed a stream and is left out."""
+    carrying = Counter(topic.name for topic in topics if topic.count > 0)
+    return {topic.name: topic for topic in topics if carrying[topic.name] == (1 if topic.count else 0)}
+
+
 def _first_candidate(
-    stream: str, wanted: Sequence[str], listed: Mapping[str, TopicLike], faults: list[str], notes: list[str]
+    stream: str, wanted: Sequence[str], listed: Mapping[str, Topic], faults: list[str], notes: list[str]
 ) -> str | None:
     empty: list[str] = []
     for candidate in wanted:
@@ -109,13 +109,13 @@ def _first_candidate(
     return None
 
 
-def _matches(candidate: str, listed: Mapping[str, TopicLike]) -> list[str]:
+def _matches(candidate: str, listed: Mapping[str, Topic]) -> list[str]:
     if candidate.startswith("/"):
         return [candidate] if candidate in listed else []
     return sorted((name for name in listed if f"/{name}".endswith(f"/{candidate}")), key=lambda name: (len(name), name))
 
 
-def _best_by_name(stream: str, listed: Mapping[str, TopicLike], notes: list[str]) -> str | None:
+def _best_by_name(stream: str, listed: Mapping[str, Topic], notes: list[str]) -> str | None:
     scored = [
         (-score, _transport_rank(topic.name, topic.type), len(topic.name), topic.name)
         for topic in listed.values()
@@ -137,7 +137,7 @@ def _transport_rank(name: str, kind: str) -> int:
     return int(kind != IMAGE_TYPES[0] or camera_name(name) != name)
 
 
-def _camera_info_of(image: str | None, listed: Mapping[str, TopicLike], notes: list[str]) -> str | None:
+def _camera_info_of(image: str | None, listed: Mapping[str, Topic], notes: list[str]) -> str | None:
     infos = sorted(t.name for t in listed.values() if t.type in STREAM_TYPES["camera_info"] and t.count > 0)
     if image is None or not infos:
         return None

@@ -1,28 +1,12 @@
 """Why a topic of a recording feeds no stream of the data set."""
 
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
+from navtool.datasets.recording import Topic
 from navtool.datasets.topic_score import IMAGE_TYPES, STREAM_TYPES, camera_name, name_score
-
-
-@runtime_checkable
-class TopicLike(Protocol):
-    """What a topic of a recording is mapped by."""
-
-    @property
-    def name(self) -> str:
-        """The topic's full name."""
-
-    @property
-    def type(self) -> str:
-        """The message type as ``pkg/msg/Name``."""
-
-    @property
-    def count(self) -> int:
-        """The number of messages."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,15 +46,21 @@ _STANDARD = re.compile(
 
 
 def unused_topics(
-    topics: Sequence[TopicLike], chosen: Mapping[str, str | None], transforms: Collection[str]
+    topics: Sequence[Topic], chosen: Mapping[str, str | None], transforms: Collection[str]
 ) -> tuple[UnusedTopic, ...]:
     """Every topic that is neither chosen for a stream nor a transform, by name, with the reason."""
     used = {name for name in chosen.values() if name is not None} | set(transforms)
-    rest = sorted((topic for topic in topics if topic.name not in used), key=lambda topic: topic.name)
-    return tuple(UnusedTopic(topic.name, topic.type, topic.count, _reason(topic, chosen)) for topic in rest)
+    rest = sorted(topic for topic in topics if topic.name not in used or topic.count == 0)
+    several = {name for name, kinds in Counter(topic.name for topic in rest if topic.count).items() if kinds > 1}
+    return tuple(
+        UnusedTopic(
+            *topic, reason="carries messages of several types" if topic.name in several else _reason(topic, chosen)
+        )
+        for topic in rest
+    )
 
 
-def _reason(topic: TopicLike, chosen: Mapping[str, str | None]) -> str:
+def _reason(topic: Topic, chosen: Mapping[str, str | None]) -> str:
     if topic.count == 0:
         return "no messages"
     if topic.type in IMAGE_TYPES:

@@ -1,13 +1,13 @@
 """The topic map: proposals on published recordings' names, candidates in order, and nothing dropped in silence."""
 
 import random
-from dataclasses import dataclass
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from navtool.datasets.errors import DatasetsError
+from navtool.datasets.recording import Topic
 from navtool.datasets.robot import TopicCandidates
 from navtool.datasets.topic_map import propose_topic_map, resolve_topic_map
 from navtool.datasets.topic_score import STREAM_TYPES
@@ -33,19 +33,12 @@ TYPES = {
 }
 
 
-@dataclass(frozen=True)
-class Listed:
-    name: str
-    type: str
-    count: int
-
-
-def listed(text: str) -> list[Listed]:
+def listed(text: str) -> list[Topic]:
     """``Type /name [count]`` separated by semicolons."""
     topics = []
     for entry in text.split(";"):
         kind, name, *count = entry.split()
-        topics.append(Listed(name, TYPES.get(kind, kind), int(count[0]) if count else 10))
+        topics.append(Topic(name, TYPES.get(kind, kind), int(count[0]) if count else 10))
     return topics
 
 
@@ -154,7 +147,7 @@ def test_the_proposal_on_published_topic_names(name: str) -> None:
 
 ANY_TOPICS = st.lists(
     st.builds(
-        Listed,
+        Topic,
         name=st.sampled_from(
             [f"/{a}{b}" for a in ("", "front/", "depth/", "ns/") for b in ("odom", "cmd_vel", "x", "e_stop")]
         ),
@@ -166,7 +159,7 @@ ANY_TOPICS = st.lists(
 
 
 @given(topics=ANY_TOPICS, seed=st.integers(0, 99))
-def test_every_topic_is_used_or_listed_with_a_reason_whatever_the_order(topics: list[Listed], seed: int) -> None:
+def test_every_topic_is_used_or_listed_with_a_reason_whatever_the_order(topics: list[Topic], seed: int) -> None:
     proposed = propose_topic_map(topics)
     unused = {topic.name for topic in proposed.not_used}
     assert unused | set(proposed.topics()) == {topic.name for topic in topics}
@@ -238,9 +231,13 @@ def test_candidates_of_another_type_are_all_named() -> None:
     assert "/imu is nav_msgs/msg/Odometry, wanted sensor_msgs/msg/Imu" in caught.value.what
 
 
-def test_a_topic_listed_twice_is_refused() -> None:
-    with pytest.raises(DatasetsError, match="/odom listed twice"):
-        propose_topic_map(listed("Odometry /odom; Odometry /odom"))
+def test_a_topic_of_several_types_feeds_no_stream_unless_one_of_them_is_empty() -> None:
+    both = propose_topic_map(listed("Odometry /odom; Imu /odom; Odometry /other"))
+    assert both.odometry == "/other"
+    assert [topic.reason for topic in both.not_used] == ["carries messages of several types"] * 2
+    one = propose_topic_map(listed("Odometry /odom; Imu /odom 0"))
+    assert one.odometry == "/odom"
+    assert [(topic.type, topic.reason) for topic in one.not_used] == [("sensor_msgs/msg/Imu", "no messages")]
 
 
 def test_camera_info_follows_the_camera_that_the_robot_file_names() -> None:
