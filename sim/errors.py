@@ -1,0 +1,7 @@
+"""The error of the sim package."""
+
+from navtool.pipeline.errors import NavtoolError
+
+
+class SimError(NavtoolError):
+    """A scenario cannot be simulated, or its recording cannot be written where it was asked for."""

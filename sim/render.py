@@ -1,0 +1,220 @@
+"""Camera images of a scene, by casting one ray a pixel."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Float32, UInt8
+
+from navtool.pipeline.geometry.camera import CameraModel
+from navtool.sim.ground import HALF_SIDE_M, TEXEL_M, smooth_noise
+from navtool.sim.scene import Scene, Thing
+
+_NEAR_M = 0.2
+"""Leaves closer than this are drawn at this distance: a lens inside a bush sees the leaves around it."""
+_TEXELS_PER_M = 60.0
+_ZENITH = np.array([96.0, 138.0, 200.0], np.float32)
+_HORIZON = np.array([196.0, 206.0, 214.0], np.float32)
+_TREELINE = np.array([58.0, 74.0, 56.0], np.float32)
+_SUNLIGHT, _AMBIENT = np.float32(0.75), np.float32(0.45)
+
+
+@dataclass(kw_only=True, slots=True)
+class Exposure:
+    """How bright the day is and how the camera copes with it."""
+
+    brightness: float = 1.0
+    """Factor on all colours; 1 is a bright day, 0.1 deep dusk. In (0, 2]."""
+    noise: float = 1.5
+    """Standard deviation of the read-out noise in grey levels; at least 0."""
+    shutter_s: float = 0.005
+    """Exposure time: the image smears over what the robot turns in it. At least 0."""
+
+    def __post_init__(self) -> None:
+        if not 0 < self.brightness <= 2 or self.noise < 0 or self.shutter_s < 0:
+            raise ValueError(f"need 0 < brightness <= 2, noise >= 0 and shutter_s >= 0, got {self}")
+
+
+class Camera:
+    """A pinhole camera without distortion; integer pixel coordinates are pixel centres, as in OpenCV."""
+
+    def __init__(self, model: CameraModel) -> None:
+        self.model = model
+        u = (np.arange(model.width, dtype=np.float32) - np.float32(model.cx)) / np.float32(model.fx)
+        v = (np.arange(model.height, dtype=np.float32) - np.float32(model.cy)) / np.float32(model.fy)
+        rays = np.broadcast_arrays(u[None, :], v[:, None], np.ones((1, 1), np.float32))
+        self._rays = np.stack(rays).astype(np.float32)
+        bank = np.random.default_rng(7)
+        self._leaf = smooth_noise(bank, 256, 128) * 0.5 + smooth_noise(bank, 256, 40) * 0.5
+        self._grain = bank.standard_normal((model.height + 64, model.width + 64, 3), dtype=np.float32)
+
+    def image(
+        self,
+        scene: Scene,
+        world_camera: Float[np.ndarray, "4 4"],
+        exposure: Exposure,
+        yaw_rate_radps: float,
+        rng: np.random.Generator,
+    ) -> UInt8[np.ndarray, "h w 3"]:
+        """Return the RGB image from a pose of the optical frame (z forward, x right, y down).
+
+        Args:
+            scene: What there is to see.
+            world_camera: Pose of the optical frame in the world.
+            exposure: Light, noise and shutter.
+            yaw_rate_radps: Turn rate during the exposure; smears the image along its rows.
+            rng: Source of the read-out noise.
+        """
+        clean = self.radiance(scene, world_camera)
+        smear = abs(yaw_rate_radps) * exposure.shutter_s * self.model.fx
+        if smear > 1:
+            clean = cv2.filter2D(clean, -1, _box_kernel(smear))
+        clean *= np.float32(exposure.brightness)
+        row, column = rng.integers(0, 64, 2)
+        grain = self._grain[row : row + self.model.height, column : column + self.model.width]
+        return np.clip(clean + np.float32(exposure.noise) * grain + np.float32(0.5), 0, 255).astype(np.uint8)
+
+    def radiance(self, scene: Scene, world_camera: Float[np.ndarray, "4 4"]) -> Float32[np.ndarray, "h w 3"]:
+        """Return the noise-free image, 0-255 and beyond, at a brightness of 1."""
+        rotation = world_camera[:3, :3].astype(np.float32)
+        origin = world_camera[:3, 3].astype(np.float32).reshape(3, 1, 1)
+        rays = (rotation @ self._rays.reshape(3, -1)).reshape(self._rays.shape)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            picture, depth = _backdrop(scene, origin, rays)
+            for thing, window in self._visible(scene, world_camera):
+                self._draw(scene, thing, origin, rays[(slice(None), *window)], depth[window], picture[window])
+        return cv2.GaussianBlur(picture, (3, 3), 0.6)
+
+    def _visible(self, scene: Scene, world_camera: Float[np.ndarray, "4 4"]) -> list[tuple[Thing, tuple[slice, slice]]]:
+        """Return what may be in view with the image window that holds it, nearest first."""
+        corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+        centres = np.array([thing.shape.centre for thing in scene.things])
+        extents = np.array([thing.shape.half_extent for thing in scene.things])
+        boxes = centres[:, None, :] + corners * extents[:, None, :] - world_camera[:3, 3]
+        boxes = boxes @ world_camera[:3, :3]
+        found = []
+        for index in np.argsort(boxes[..., 2].mean(axis=1)):
+            x, y, z = boxes[index].T
+            if z.max() < _NEAR_M:
+                continue
+            window = (slice(0, self.model.height), slice(0, self.model.width))
+            if z.min() > _NEAR_M:
+                window = (
+                    _clip(y / z * self.model.fy + self.model.cy, self.model.height),
+                    _clip(x / z * self.model.fx + self.model.cx, self.model.width),
+                )
+            if all(side.start < side.stop for side in window):
+                found.append((scene.things[index], window))
+        return found
+
+    def _draw(
+        self,
+        scene: Scene,
+        thing: Thing,
+        origin: Float32[np.ndarray, "3 1 1"],
+        rays: Float32[np.ndarray, "3 r c"],
+        depth: Float32[np.ndarray, "r c"],
+        picture: Float32[np.ndarray, "r c 3"],
+    ) -> None:
+        """Draw one thing into a window of the picture and of its depth."""
+        enter, leave = thing.shape.span(origin, rays)
+        nearest = np.float32(0.0 if thing.material.solid else _NEAR_M)
+        surface = np.maximum(enter, nearest)
+        shown: Bool[np.ndarray, "r c"] = (enter < leave) & (leave > nearest) & (surface < depth)
+        if thing.material.solid:
+            shown &= enter > 0
+        if not shown.any():
+            return
+        reach, directions = surface[shown], rays[:, shown]
+        points = origin[:, 0] + reach * directions
+        normals = thing.shape.normal(points)
+        grain = self._texture(points, normals)
+        if not thing.material.solid:
+            facing = np.abs((normals * directions).sum(axis=0)) / np.sqrt((directions * directions).sum(axis=0))
+            keep = (facing > np.float32(1.2) * (np.float32(0.75) - grain)) | (enter[shown] < nearest)
+            shown[shown] = keep
+            reach, normals, grain = reach[keep], normals[:, keep], grain[keep]
+        sun = (normals * np.array(scene.sun, np.float32)[:, None]).sum(axis=0)
+        shade = _AMBIENT + _SUNLIGHT * np.maximum(sun, np.float32(0))
+        shade *= np.float32(1) + np.float32(2 * thing.material.contrast) * (grain - np.float32(0.5))
+        colours = shade[:, None] * np.array(thing.material.colour, np.float32)
+        depth[shown] = reach
+        picture[shown] = _hazy(colours, reach)
+
+    def _texture(
+        self, points: Float32[np.ndarray, "3 n"], normals: Float32[np.ndarray, "3 n"]
+    ) -> Float32[np.ndarray, "n"]:
+        """Return noise in [0, 1] that is fixed to the world, looked up along the two axes a surface faces least."""
+        x, y, z = (points * np.float32(_TEXELS_PER_M)).astype(np.int32)
+        slope_x, slope_y, slope_z = np.abs(normals)
+        top = slope_z > np.float32(0.75)
+        row = np.where(top, x, z)
+        column = np.where(top | (slope_x > slope_y), y, x)
+        fine = self._leaf[row & 255, column & 255]
+        lumps = self._leaf[(row >> 3) & 255, (column >> 3) & 255]
+        return np.float32(0.6) * fine + np.float32(0.4) * lumps
+
+
+def _backdrop(
+    scene: Scene, origin: Float32[np.ndarray, "3 1 1"], rays: Float32[np.ndarray, "3 h w"]
+) -> tuple[Float32[np.ndarray, "h w 3"], Float32[np.ndarray, "h w"]]:
+    """Return sky, treeline and ground, and the ground's depth (infinite for the others)."""
+    level = np.sqrt(rays[0] * rays[0] + rays[1] * rays[1])
+    slope = rays[2] / level
+    fade = np.clip(slope * np.float32(1.6), 0, 1)[..., None]
+    picture = _HORIZON + fade * (_ZENITH - _HORIZON)
+    middle = rays[:, rays.shape[1] // 2]
+    azimuth = np.arctan2(middle[1], middle[0])
+    far_trees = scene.treeline_rad[(azimuth * (360 / np.pi)).astype(np.int64) % 720].astype(np.float32)
+    picture[slope < far_trees] = _TREELINE
+    depth = np.where(rays[2] < 0, -origin[2] / rays[2], np.float32(np.inf))
+    rows = np.flatnonzero(depth.min(axis=1) < 80.0)
+    if rows.size:
+        low = slice(int(rows[0]), int(rows[-1]) + 1)
+        ground = depth[low] < 80.0
+        picture[low][ground] = _ground_colour(scene, origin, rays[:, low], depth[low])[ground]
+    return picture, depth
+
+
+def _ground_colour(
+    scene: Scene,
+    origin: Float32[np.ndarray, "3 1 1"],
+    rays: Float32[np.ndarray, "3 r c"],
+    depth: Float32[np.ndarray, "r c"],
+) -> Float32[np.ndarray, "r c 3"]:
+    """Return the ground's colour: the coloured map, and the fine texture where it is near enough to resolve."""
+    reach = np.minimum(depth, np.float32(80.0))
+    x, y = origin[0] + reach * rays[0], origin[1] + reach * rays[1]
+    scale, shift = np.float32(1 / TEXEL_M), np.float32(HALF_SIDE_M / TEXEL_M - 0.5)
+    texels = cv2.remap(
+        scene.ground.colour, x * scale + shift, y * scale + shift, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101
+    )
+    fine = np.float32(100)
+    detail = cv2.remap(
+        scene.ground.detail,
+        np.mod(x * fine, np.float32(scene.ground.detail.shape[1])),
+        np.mod(y * fine, np.float32(scene.ground.detail.shape[0])),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_WRAP,
+    )
+    contrast = texels[..., 3] * np.clip(np.float32(3.0) / reach, 0, 1) * np.float32(1 / 255 / 127)
+    shade = np.float32(1) + contrast * (detail.astype(np.float32) - np.float32(128))
+    return _hazy(texels[..., :3] * shade[..., None], reach)
+
+
+def _hazy(colours: Float32[np.ndarray, "*n 3"], distance_m: Float32[np.ndarray, "*n"]) -> Float32[np.ndarray, "*n 3"]:
+    clear = np.exp(distance_m * np.float32(-1 / 90))[..., None]
+    return colours * clear + _HORIZON * (1 - clear)
+
+
+def _clip(pixels: Float[np.ndarray, "8"], size: int) -> slice:
+    """Return the range of whole pixels between the outermost of projected corners, within the image."""
+    return slice(max(0, int(np.floor(pixels.min()))), min(size, int(np.ceil(pixels.max())) + 1))
+
+
+def _box_kernel(length_px: float) -> Float32[np.ndarray, "1 k"]:
+    """Return a horizontal box filter of a length that need not be whole."""
+    half = int(np.ceil((length_px - 1) / 2))
+    kernel = np.ones((1, 2 * half + 1), np.float32)
+    kernel[0, [0, -1]] = (length_px - (2 * half - 1)) / 2
+    return kernel / kernel.sum()
