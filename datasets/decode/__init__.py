@@ -1,0 +1,1 @@
+"""From message objects to the arrays navtool works with, one file a kind of message."""

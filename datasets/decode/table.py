@@ -3,8 +3,52 @@
 from collections.abc import Callable
 from typing import Any
 
+from navtool.datasets.decode.compressed_image import decode_compressed_image
+from navtool.datasets.decode.image import decode_image
 from navtool.datasets.decode.messages import Decoded
+from navtool.datasets.decode.motion import (
+    decode_imu,
+    decode_nav_sat_fix,
+    decode_odometry,
+    decode_pose_stamped,
+    decode_pose_with_covariance_stamped,
+    decode_twist,
+    decode_twist_stamped,
+    decode_twist_with_covariance_stamped,
+)
+from navtool.datasets.decode.point_cloud import decode_point_cloud
+from navtool.datasets.decode.robot_state import (
+    decode_battery_state,
+    decode_bool,
+    decode_float,
+    decode_joint_state,
+    decode_string,
+)
+from navtool.datasets.decode.sensor_geometry import decode_camera_info, decode_laser_scan, decode_transforms
 
 type Decoder = Callable[[Any], Decoded]
 
-DECODERS: dict[str, Decoder] = {}
+DECODERS: dict[str, Decoder] = {
+    "geometry_msgs/msg/PoseStamped": decode_pose_stamped,
+    "geometry_msgs/msg/PoseWithCovarianceStamped": decode_pose_with_covariance_stamped,
+    "geometry_msgs/msg/Twist": decode_twist,
+    "geometry_msgs/msg/TwistStamped": decode_twist_stamped,
+    "geometry_msgs/msg/TwistWithCovarianceStamped": decode_twist_with_covariance_stamped,
+    "nav_msgs/msg/Odometry": decode_odometry,
+    "sensor_msgs/msg/BatteryState": decode_battery_state,
+    "sensor_msgs/msg/CameraInfo": decode_camera_info,
+    "sensor_msgs/msg/CompressedImage": decode_compressed_image,
+    "sensor_msgs/msg/Image": decode_image,
+    "sensor_msgs/msg/Imu": decode_imu,
+    "sensor_msgs/msg/JointState": decode_joint_state,
+    "sensor_msgs/msg/LaserScan": decode_laser_scan,
+    "sensor_msgs/msg/NavSatFix": decode_nav_sat_fix,
+    "sensor_msgs/msg/PointCloud2": decode_point_cloud,
+    "std_msgs/msg/Bool": decode_bool,
+    "std_msgs/msg/Float32": decode_float,
+    "std_msgs/msg/Float64": decode_float,
+    "std_msgs/msg/String": decode_string,
+    "tf/msg/tfMessage": decode_transforms,
+    "tf2_msgs/msg/TFMessage": decode_transforms,
+}
+"""By normalised type; the message it takes is an object with the fields of the type's definition."""

@@ -3,11 +3,11 @@
 from collections import Counter
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 from mcap.reader import SeekingReader
 from mcap.records import Channel as ChannelRecord
-from mcap.records import Message, Schema
+from mcap.records import Message, Schema, Statistics
 from mcap.stream_reader import StreamReader
 from mcap.summary import Summary
 
@@ -20,6 +20,14 @@ from navtool.datasets.recording.source import Channel, Definition, normalised_ty
 _CURE = "if the recorder was stopped early or the copy is incomplete, run `mcap recover` or copy it again"
 _COMPRESSIONS = ("", "lz4", "zstd")
 _DEFINITION_FORMATS = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl"}
+
+
+class _Index(NamedTuple):
+    """What the summary section says about the messages."""
+
+    statistics: Statistics
+    channels: dict[int, ChannelRecord]
+    schemas: dict[int, Schema]
 
 
 class McapSource:
@@ -63,22 +71,16 @@ class McapSource:
 
     def _read_index(self) -> None:
         summary = self._reader.get_summary()
-        self._indexed = summary is not None and _is_complete(summary)
-        if summary is not None:
-            if unknown := {x.compression for x in summary.chunk_indexes} - set(_COMPRESSIONS):
-                raise DatasetsError(
-                    f"chunk compression {min(unknown)!r} is not supported; lz4 and zstd are", where=self._path
-                )
-        if summary is not None and self._indexed:
-            statistics = summary.statistics
-            self._channel_of = {
-                key: _channel(record, summary.schemas, statistics.channel_message_counts.get(key, 0))
-                for key, record in summary.channels.items()
-            }
+        index = None if summary is None else _complete(summary)
+        if index is None:
+            self._scan()
+        else:
+            statistics, channels, schemas = index
+            counts = statistics.channel_message_counts
+            self._channel_of = {key: _channel(record, schemas, counts.get(key, 0)) for key, record in channels.items()}
             counted = statistics.message_count > 0
             self.span_ns = (statistics.message_start_time, statistics.message_end_time) if counted else None
-        else:
-            self._scan()
+        self._indexed = index is not None
         self.channels = tuple(self._channel_of.values())
 
     def _scan(self) -> None:
@@ -100,18 +102,21 @@ class McapSource:
         self.span_ns = (first_ns, last_ns) if counts else None
 
 
-def _is_complete(summary: Summary) -> bool:
-    """Whether the summary alone tells where each message is and what it is."""
+def _complete(summary: Summary) -> _Index | None:
+    """The summary's parts, where it alone tells where each message is and what it is."""
     statistics = summary.statistics
     if statistics is None:
-        return False
-    used = {key for index in summary.chunk_indexes for key in index.message_index_offsets}
+        return None
+    if unknown := {x.compression for x in summary.chunk_indexes} - set(_COMPRESSIONS):
+        raise DatasetsError(f"chunk compression {min(unknown)!r} is not supported; lz4 and zstd are")
+    used = {key for chunk in summary.chunk_indexes for key in chunk.message_index_offsets}
     used |= set(statistics.channel_message_counts)
     described = used <= set(summary.channels) and all(
         x.schema_id == 0 or x.schema_id in summary.schemas for x in summary.channels.values()
     )
     counted = sum(statistics.channel_message_counts.values()) == statistics.message_count
-    return described and counted and (bool(summary.chunk_indexes) or statistics.message_count == 0)
+    located = bool(summary.chunk_indexes) or statistics.message_count == 0
+    return _Index(statistics, summary.channels, summary.schemas) if described and counted and located else None
 
 
 def _channel(record: ChannelRecord, schemas: dict[int, Schema], count: int) -> Channel:

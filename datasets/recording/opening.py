@@ -30,8 +30,8 @@ def open_recording(path: Path, *, ros_distro: str = "humble") -> Recording:
     """The recording at a path, to be used as a context manager.
 
     Args:
-        path: A ROS 1 ``.bag``, a ROS 2 ``.db3``, an ``.mcap``, or the folder of a ROS 2 recording. The bytes decide, not
-            the name. One file of a split recording is a recording of its own.
+        path: A ROS 1 ``.bag``, a ROS 2 ``.db3``, an ``.mcap``, or the folder of a ROS 2 recording. The bytes decide,
+            not the name. One file of a split recording is a recording of its own.
         ros_distro: ROS 2 distribution whose message definitions stand in where the recording embeds none.
 
     Raises:

@@ -1,5 +1,6 @@
 """What a recording holds, before anything is decoded."""
 
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -12,7 +13,8 @@ class RecordingFormat(StrEnum):
     mcap = "mcap"
 
 
-class Topic(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Topic:
     """A topic of a recording; a topic that carries two types is listed once for each."""
 
     name: str

@@ -1,6 +1,7 @@
 """What the facade asks of each storage format: one file, its channels, its messages in time order."""
 
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from navtool.datasets.recording.raw import RawMessage
@@ -14,7 +15,8 @@ class Definition(NamedTuple):
     text: str
 
 
-class Channel(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Channel:
     """A stream of equally encoded messages; several channels may share a topic."""
 
     topic: str

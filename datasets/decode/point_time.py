@@ -1,0 +1,36 @@
+"""Times of the points of a cloud, whose fields say neither their unit nor their origin."""
+
+import numpy as np
+from jaxtyping import Float32, Shaped
+
+_ABSOLUTE_S = 1e9
+_ABSOLUTE_NS = 1e15
+_SAME_CLOCK_S = 10.0
+
+
+def seconds_from_header(time: Shaped[np.ndarray, " n"], stamp_ns: int) -> Float32[np.ndarray, " n"]:
+    """Seconds after the header's stamp, negative before it.
+
+    Drivers differ, and the field's type tells them apart: integers are nanoseconds from the header (Ouster, Autoware);
+    floats up to 1e9 are seconds from the header (Velodyne); doubles beyond are absolute, in seconds (Hesai) or, beyond
+    1e15, in nanoseconds (Livox).
+
+    Args:
+        time: Of any of the field types, in any byte order.
+        stamp_ns: The header's stamp.
+
+    Note:
+        Where absolute times and the header differ by more than 10 s they are from different clocks (or the header was
+        left unset): the times are then taken from the earliest point.
+    """
+    if time.dtype.kind in "iu":
+        return np.asarray(time.astype(np.float64) * 1e-9, np.float32)
+    finite = time[np.isfinite(time)]
+    largest = float(finite.max()) if finite.size else 0.0
+    if time.dtype.itemsize < 8 or largest <= _ABSOLUTE_S:
+        return time.astype(np.float32)
+    units_per_s = 1e9 if largest > _ABSOLUTE_NS else 1.0
+    origin = stamp_ns * units_per_s / 1e9
+    if abs(largest - origin) > _SAME_CLOCK_S * units_per_s:
+        origin = float(finite.min())
+    return ((time - origin) / units_per_s).astype(np.float32)
