@@ -5,3 +5,7 @@ from navtool.pipeline.errors import NavtoolError
 
 class DatasetsError(NavtoolError):
     """A recording, a topic map or a data set cannot be used as it is."""
+
+
+class OutputError(DatasetsError):
+    """The output cannot be written: no input's fault, so the work ends."""

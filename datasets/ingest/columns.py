@@ -1,0 +1,223 @@
+"""The small columns of an episode: every stream but images and clouds, brought onto the grid."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64, Int64, Shaped
+
+from navtool.datasets.ingest.clock import StreamTime
+from navtool.datasets.ingest.config import SyncConfig
+from navtool.datasets.ingest.scan import StreamScan
+from navtool.datasets.schema import (
+    ACTION_KEY,
+    HORIZON_STEPS,
+    IMU_KEY,
+    POSE_KEY,
+    PROPRIOCEPTION_KEY,
+    STATE_KEY,
+    TIMESTAMP_NS_KEY,
+    Contents,
+)
+from navtool.datasets.sync import Brackets, Match, brackets, hold
+from navtool.pipeline.geometry.transforms import quaternion_to_rpy, slerp, wrap_angle
+
+STANDSTILL_M = 0.5
+"""An odometry whose twists are all zero while its poses move further than this does not measure speeds."""
+
+Column = Shaped[np.ndarray, "ticks *shape"]
+
+
+@dataclass(frozen=True, slots=True)
+class TimedStream:
+    """A small stream in the order of time: stamps and values of the same messages."""
+
+    scan: StreamScan
+    time: StreamTime
+    values: Float64[np.ndarray, "kept columns"]
+
+    @classmethod
+    def of(cls, scan: StreamScan, time: StreamTime) -> "TimedStream":
+        """The stream's rows in the order of their stamps."""
+        return cls(scan, time, scan.values()[time.order])
+
+    def columns(self, *names: str) -> Float64[np.ndarray, "kept names"]:
+        """The named columns."""
+        return self.values[:, [self.scan.columns.index(name) for name in names]]
+
+
+@dataclass(slots=True)
+class SmallColumns:
+    """Columns by key, and what a user should know about them."""
+
+    values: dict[str, Column]
+    notes: list[str]
+
+
+def small_columns(
+    ticks_ns: Int64[np.ndarray, " ticks"],
+    streams: dict[str, TimedStream],
+    contents: Contents,
+    config: SyncConfig,
+    current_sign: int,
+) -> SmallColumns:
+    """State, pose, action, IMU, proprioception, labels' defaults and the true time on the grid.
+
+    Values without a valid sample are 0 with ``valid.<stream>`` false; nothing here is NaN or infinite.
+
+    Args:
+        streams: The small streams by name; absent ones may be missing.
+        current_sign: Sign that a discharging current has in the recording; in the column it is positive.
+    """
+    ticks = ticks_ns.size
+    out = SmallColumns({TIMESTAMP_NS_KEY: ticks_ns}, [])
+    _state(out, ticks_ns, streams.get("odometry"), config.state_max_gap_s)
+    _action(out, ticks_ns, streams.get("command"), config.command_max_age_s)
+    if contents.imu:
+        _imu(out, ticks_ns, streams.get("imu"), config.imu_max_gap_s)
+    if contents.proprioception:
+        joints = _joints(out, ticks_ns, streams.get("joints"), contents.joint_names, config.joints_max_gap_s)
+        current = _battery(
+            out, ticks_ns, streams.get("battery"), present=contents.battery, age_s=config.battery_max_age_s
+        )
+        out.values[PROPRIOCEPTION_KEY] = np.column_stack([joints, current_sign * current]).astype(np.float32)
+    out.values["label.outcome"] = np.ones(ticks, dtype=np.int64)
+    out.values["label.known"] = np.zeros((ticks, HORIZON_STEPS), dtype=np.bool_)
+    out.values["label.reason"] = np.full(ticks, "", dtype=np.object_)
+    out.values["label.confidence"] = np.zeros(ticks, dtype=np.float32)
+    return out
+
+
+def _mark(out: SmallColumns, stream: str, found: Match | Brackets) -> None:
+    out.values[f"valid.{stream}"] = found.valid
+    out.values[f"sync.error_s.{stream}"] = found.error_s.astype(np.float32)
+
+
+def _absent(out: SmallColumns, stream: str, ticks: int) -> None:
+    out.values[f"valid.{stream}"] = np.zeros(ticks, dtype=np.bool_)
+    out.values[f"sync.error_s.{stream}"] = np.zeros(ticks, dtype=np.float32)
+
+
+def _state(out: SmallColumns, ticks_ns: Int64[np.ndarray, " ticks"], stream: TimedStream | None, gap_s: float) -> None:
+    ticks = ticks_ns.size
+    state, pose = np.zeros((ticks, 2)), np.zeros((ticks, 6))
+    if stream is None:
+        _absent(out, "state", ticks)
+        out.notes.append("state: no odometry; observation.state and observation.pose are 0 and not valid")
+    else:
+        around = brackets(stream.time.stamps_ns, ticks_ns, gap_s)
+        finite = np.isfinite(stream.values).all(axis=1)
+        usable = around.valid & finite[around.before] & finite[around.after]
+        around = Brackets(around.before, around.after, around.weight, np.where(usable, around.error_s, 0.0), usable)
+        _mark(out, "state", around)
+        values = np.where(finite[:, None], stream.values, 0.0)
+        clean = TimedStream(stream.scan, stream.time, values)
+        state = around.linear(_speeds(out, clean))
+        pose = _relative_pose(clean, around)
+    out.values[STATE_KEY] = state.astype(np.float32)
+    out.values[POSE_KEY] = pose.astype(np.float32)
+
+
+def _speeds(out: SmallColumns, stream: TimedStream) -> Float64[np.ndarray, "kept 2"]:
+    measured = stream.columns("vx_mps", "wz_radps")
+    position = stream.columns("x_m", "y_m")
+    path_m = float(np.linalg.norm(np.diff(position, axis=0), axis=1).sum())
+    if measured.any() or path_m < STANDSTILL_M or len(position) < 2:
+        return measured
+    out.notes.append(f"state: every twist is 0 while the poses move {path_m:.1f} m; speeds are differences of poses")
+    time_s = (stream.time.stamps_ns - stream.time.stamps_ns[0]) * 1e-9
+    yaw = np.unwrap(quaternion_to_rpy(_unit_quaternions(stream))[:, 2])
+    velocity = np.gradient(position, time_s, axis=0)
+    forward = velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw)
+    return np.column_stack([forward, np.gradient(yaw, time_s)])
+
+
+def _unit_quaternions(stream: TimedStream) -> Float64[np.ndarray, "kept 4"]:
+    quaternions = stream.columns("qx", "qy", "qz", "qw")
+    unset = np.linalg.norm(quaternions, axis=1) < 1e-6
+    return np.where(unset[:, None], np.array([0.0, 0.0, 0.0, 1.0]), quaternions)
+
+
+def _relative_pose(stream: TimedStream, around: Brackets) -> Float64[np.ndarray, "ticks 6"]:
+    """Pose relative to the first valid tick's position and yaw; roll and pitch stay those of the odometry frame."""
+    position = around.linear(stream.columns("x_m", "y_m", "z_m"))
+    quaternions = _unit_quaternions(stream)
+    rpy = quaternion_to_rpy(slerp(quaternions[around.before], quaternions[around.after], around.weight))
+    if not around.valid.any():
+        return np.zeros((around.valid.size, 6))
+    first = int(np.argmax(around.valid))
+    offset, yaw = position - position[first], rpy[first, 2]
+    pose = np.column_stack(
+        [
+            offset[:, 0] * np.cos(yaw) + offset[:, 1] * np.sin(yaw),
+            -offset[:, 0] * np.sin(yaw) + offset[:, 1] * np.cos(yaw),
+            offset[:, 2],
+            rpy[:, :2],
+            wrap_angle(rpy[:, 2] - yaw),
+        ]
+    )
+    return np.where(around.valid[:, None], pose, 0.0)
+
+
+def _action(out: SmallColumns, ticks_ns: Int64[np.ndarray, " ticks"], stream: TimedStream | None, age_s: float) -> None:
+    if stream is None:
+        _absent(out, "action", ticks_ns.size)
+        out.notes.append("action: no commands; the measured speeds stand in, valid.action is false")
+        out.values[ACTION_KEY] = out.values[STATE_KEY].copy()
+        return
+    match = hold(stream.time.stamps_ns, ticks_ns, age_s)
+    commands = stream.columns("vx_mps", "wz_radps")[match.index]
+    usable = match.valid & np.isfinite(commands).all(axis=1)
+    _mark(out, "action", Match(match.index, match.error_s, usable))
+    out.values[ACTION_KEY] = np.where(usable[:, None], commands, out.values[STATE_KEY]).astype(np.float32)
+
+
+def _imu(out: SmallColumns, ticks_ns: Int64[np.ndarray, " ticks"], stream: TimedStream | None, gap_s: float) -> None:
+    if stream is None:
+        _absent(out, "imu", ticks_ns.size)
+        out.values[IMU_KEY] = np.zeros((ticks_ns.size, 6), dtype=np.float32)
+        return
+    around = brackets(stream.time.stamps_ns, ticks_ns, gap_s)
+    values = around.linear(stream.values)
+    usable = around.valid & np.isfinite(values).all(axis=1)
+    _mark(out, "imu", Match(around.before, np.where(usable, around.error_s, 0.0), usable))
+    out.values[IMU_KEY] = np.where(usable[:, None], values, 0.0).astype(np.float32)
+
+
+def _joints(
+    out: SmallColumns,
+    ticks_ns: Int64[np.ndarray, " ticks"],
+    stream: TimedStream | None,
+    joint_names: tuple[str, ...],
+    gap_s: float,
+) -> Float64[np.ndarray, "ticks joints"]:
+    width = 3 * len(joint_names)
+    if not joint_names:
+        return np.zeros((ticks_ns.size, 0))
+    if stream is None:
+        _absent(out, "joints", ticks_ns.size)
+        return np.zeros((ticks_ns.size, width))
+    around = brackets(stream.time.stamps_ns, ticks_ns, gap_s)
+    values = around.linear(stream.values)
+    missing = ~np.isfinite(stream.values).any(axis=0)
+    unmeasured = [name for name, absent in zip(stream.scan.columns, missing, strict=True) if absent]
+    if unmeasured:
+        out.notes.append(f"joints: no value was ever recorded for {', '.join(unmeasured)}; they are 0")
+    usable = around.valid & np.isfinite(values[:, ~missing]).all(axis=1)
+    _mark(out, "joints", Match(around.before, np.where(usable, around.error_s, 0.0), usable))
+    return np.where(usable[:, None] & np.isfinite(values), values, 0.0)
+
+
+def _battery(
+    out: SmallColumns, ticks_ns: Int64[np.ndarray, " ticks"], stream: TimedStream | None, *, present: bool, age_s: float
+) -> Float64[np.ndarray, " ticks"]:
+    if stream is None:
+        if present:
+            _absent(out, "battery", ticks_ns.size)
+        return np.zeros(ticks_ns.size)
+    match = hold(stream.time.stamps_ns, ticks_ns, age_s)
+    current = stream.columns("current_a")[match.index, 0]
+    usable = match.valid & np.isfinite(current)
+    if match.valid.any() and not usable.any():
+        out.notes.append("battery: the current was never measured (NaN); it is 0 and valid.battery is false")
+    _mark(out, "battery", Match(match.index, np.where(usable, match.error_s, 0.0), usable))
+    return np.where(usable, current, 0.0)

@@ -1,0 +1,57 @@
+"""Settings of ingest: the grid, the tolerances of each stream, the cloud, the reliabilities."""
+
+import math
+from dataclasses import dataclass, field, fields
+
+from navtool.pipeline.cloud_reliability import CloudReliabilityConfig
+from navtool.pipeline.image_reliability import ImageReliabilityConfig
+
+
+@dataclass(kw_only=True, slots=True)
+class SyncConfig:
+    """How far from a tick a sample may lie and still serve it, in seconds."""
+
+    image_tolerance_s: float = 0.06
+    """Nearest frame; a camera at the grid's own rate is at most half a period away."""
+    lidar_tolerance_s: float = 0.06
+    """Nearest cloud, by the stamp of its header."""
+    state_max_gap_s: float = 0.25
+    """Odometry is interpolated between two samples that are no further apart than this."""
+    imu_max_gap_s: float = 0.1
+    """The IMU likewise."""
+    joints_max_gap_s: float = 0.1
+    """Joint states likewise."""
+    battery_max_age_s: float = 5.0
+    """The newest battery state holds for this long."""
+    command_max_age_s: float = 0.5
+    """The newest command holds for this long."""
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value: float = getattr(self, entry.name)
+            if not (math.isfinite(value) and 0 < value <= 60):
+                raise ValueError(f"sync.{entry.name} = {value} s is outside (0, 60] s")
+
+
+@dataclass(kw_only=True, slots=True)
+class IngestConfig:
+    """Everything that decides what a recording becomes, beside the robot."""
+
+    fps: int = 10
+    """Rate of the grid in Hz, 1 to 60; one integer for the whole data set."""
+    place: str = ""
+    """Place of these recordings, for splits that never share one; ``{parent}`` takes each one's folder name."""
+    voxel_m: float = 0.05
+    """Edge of the voxels by which a cloud is thinned before points are drawn at random, in metres; 0 turns it off."""
+    sync: SyncConfig = field(default_factory=SyncConfig)
+    """Tolerances."""
+    image_reliability: ImageReliabilityConfig = field(default_factory=ImageReliabilityConfig)
+    """GrASPE eq. (1) and (2), on the frame at the camera's own resolution."""
+    cloud_reliability: CloudReliabilityConfig = field(default_factory=CloudReliabilityConfig)
+    """GrASPE eq. (3) to (5), on the cloud as recorded."""
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.fps <= 60:
+            raise ValueError(f"fps = {self.fps} Hz is outside 1 to 60 Hz")
+        if not (math.isfinite(self.voxel_m) and 0 <= self.voxel_m <= 2):
+            raise ValueError(f"voxel_m = {self.voxel_m} m is outside 0 to 2 m")

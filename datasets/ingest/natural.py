@@ -1,0 +1,53 @@
+"""Finding recordings, in the order in which a person would list them."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from navtool.datasets.errors import DatasetsError
+
+SUFFIXES = (".bag", ".mcap", ".db3")
+
+
+def natural_key(path: Path) -> tuple[tuple[int, int | str], ...]:
+    """Sort key by which run-2 comes before run-10."""
+    parts = re.split(r"(\d+)", path.as_posix())
+    return tuple((0, int(part)) if part.isdigit() else (1, part) for part in parts)
+
+
+def expand(paths: Sequence[Path]) -> list[Path]:
+    """The recordings under the given paths, without repetition, naturally sorted.
+
+    A folder with a ``metadata.yaml`` is one rosbag2 recording; any other folder is searched to any depth. A file is
+    taken whatever it is called: what is wrong with it is said when it is opened.
+
+    Raises:
+        DatasetsError: If a path does not exist or a folder holds no recording; all such are named.
+    """
+    found: dict[Path, Path] = {}
+    faults = []
+    for path in paths:
+        if not path.exists():
+            faults.append(f"{path}: no such file or folder")
+            continue
+        inside = _recordings_in(path) if path.is_dir() else [path]
+        if not inside:
+            faults.append(f"{path}: holds no recording ({', '.join(SUFFIXES)})")
+        found |= {entry.resolve(): entry for entry in inside}
+    if faults:
+        raise DatasetsError("; ".join(faults), cure="check the paths")
+    if not found:
+        raise DatasetsError("no recording was named", cure="name bag files or folders")
+    return sorted(found.values(), key=natural_key)
+
+
+def _recordings_in(folder: Path) -> list[Path]:
+    if (folder / "metadata.yaml").is_file():
+        return [folder]
+    found = []
+    for entry in sorted(folder.iterdir()):
+        if entry.is_dir():
+            found += _recordings_in(entry)
+        elif entry.suffix in SUFFIXES:
+            found.append(entry)
+    return found

@@ -1,0 +1,239 @@
+"""What an episode will be, known after the first pass: its grid, its small columns, who serves which tick."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Int64
+
+from navtool.datasets.calibration import Calibration, calibrate
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.ingest.clock import StreamTime, clock_offset, stream_time
+from navtool.datasets.ingest.columns import Column, TimedStream, small_columns
+from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.scan import LARGE, Scan, StreamScan, scan_recording
+from navtool.datasets.recording import Recording
+from navtool.datasets.robot import RobotConfig
+from navtool.datasets.schema import Contents
+from navtool.datasets.sync import Match, grid_ticks, nearest
+from navtool.datasets.topic_map import TopicMap, resolve_topic_map
+
+GRID_STREAMS = ("image", "lidar", "odometry")
+"""The first of these that a recording has spans the grid."""
+MIN_ROWS = 2
+
+
+@dataclass(slots=True)
+class LargeStream:
+    """Images or clouds: which message, counted in the order of record, serves which ticks."""
+
+    topic: str
+    ticks_of: dict[int, list[int]]
+    stamps_ns: dict[int, int]
+    """Time on the grid's clock of every message with a usable stamp, by its position in the order of record."""
+    match: Match
+
+
+@dataclass(slots=True)
+class EpisodePlan:
+    """One recording's episode before its images and clouds are read."""
+
+    topics: TopicMap
+    found: Contents
+    """What the recording has."""
+    contents: Contents
+    """What the data set has."""
+    ticks_ns: Int64[np.ndarray, " ticks"]
+    columns: dict[str, Column]
+    large: dict[str, LargeStream]
+    small: dict[str, TimedStream]
+    calibration: Calibration
+    sync_report: dict[str, object]
+    dropped: dict[str, int]
+    notes: list[str]
+
+
+def plan_episode(
+    recording: Recording,
+    robot: RobotConfig,
+    config: IngestConfig,
+    fixed: Contents | None,
+    advance: Callable[[int], None] | None = None,
+) -> EpisodePlan:
+    """Read the recording once and lay its episode out on the grid.
+
+    Args:
+        fixed: Contents of the data set that the episode joins; None for the first one, whose contents it fixes.
+        advance: Called with the bytes of each message read.
+
+    Raises:
+        DatasetsError: If the recording has no stream that can span a grid, or less than two ticks of it.
+    """
+    topics = resolve_topic_map(robot.topics, recording.topics)
+    if not any(getattr(topics, stream) for stream in GRID_STREAMS):
+        raise DatasetsError(_nothing_usable(recording, topics), where=recording.path, cure=_CURE_NOTHING)
+    joint_names = fixed.joint_names if fixed is not None else tuple(robot.joint_names)
+    scan = scan_recording(recording, topics, joint_names, advance)
+    grid_stream = next((name for name in GRID_STREAMS if name in scan.streams), None)
+    if grid_stream is None:
+        raise DatasetsError(_nothing_usable(recording, topics), where=recording.path, cure=_CURE_NOTHING)
+    times = _times(scan, grid_stream)
+    stamps = times[grid_stream].stamps_ns
+    ticks = grid_ticks(int(stamps[0]), int(stamps[-1]), config.fps)
+    if ticks.size < MIN_ROWS:
+        raise DatasetsError(
+            f"{grid_stream} spans {(stamps[-1] - stamps[0]) * 1e-9:.3f} s, less than two ticks at {config.fps} Hz",
+            where=recording.path,
+            cure="record longer, or raise fps=",
+        )
+    found = _contents(scan)
+    contents = fixed or found
+    small = {name: TimedStream.of(stream, times[name]) for name, stream in scan.streams.items() if name not in LARGE}
+    columns = small_columns(ticks, small, contents, config.sync, robot.battery_current_sign)
+    large = {
+        name: _large(scan.streams[name], times[name], ticks, tolerance)
+        for name, tolerance in (("image", config.sync.image_tolerance_s), ("lidar", config.sync.lidar_tolerance_s))
+        if name in scan.streams and getattr(contents, name)
+    }
+    for name in LARGE:
+        if getattr(contents, name):
+            match = large[name].match if name in large else nearest(np.array([], dtype=np.int64), ticks, 1.0)
+            columns.values[f"valid.{name}"] = match.valid.copy()
+            columns.values[f"sync.error_s.{name}"] = match.error_s.astype(np.float32)
+    calibration = calibrate(
+        robot,
+        scan.transforms,
+        scan.camera_info,
+        image_topic=topics.image,
+        native_size=scan.streams["image"].native_size if "image" in scan.streams else None,
+        frames={name: stream.frame_id for name, stream in scan.streams.items()},
+    )
+    notes = [*topics.notes, *columns.notes, *_calibration_notes(scan, calibration)]
+    return EpisodePlan(
+        topics=topics,
+        found=found,
+        contents=contents,
+        ticks_ns=ticks,
+        columns=columns.values,
+        large=large,
+        small=small,
+        calibration=calibration,
+        sync_report=_sync_report(scan, times, grid_stream, ticks, columns.values),
+        dropped=_dropped(scan, times, large, ticks),
+        notes=notes,
+    )
+
+
+_CURE_NOTHING = "a data set needs a camera, a point cloud or odometry; name its topics with --robot FILE"
+
+
+def _nothing_usable(recording: Recording, topics: TopicMap) -> str:
+    if recording.message_count == 0:
+        return "no usable stream: the recording has no messages"
+    others = ", ".join(f"{topic.name} ({topic.type}: {topic.reason})" for topic in topics.not_used)
+    used = ", ".join(f"{stream} {topic}" for stream, topic in topics.streams().items())
+    parts = [f"found {used}" if used else "", f"not used: {others}" if others else ""]
+    return f"no usable stream: {'; '.join(part for part in parts if part)}"
+
+
+def _times(scan: Scan, grid_stream: str) -> dict[str, StreamTime]:
+    reference = clock_offset(*scan.streams[grid_stream].stamps)
+    return {name: stream_time(*stream.stamps, reference) for name, stream in scan.streams.items()}
+
+
+def _contents(scan: Scan) -> Contents:
+    joints = scan.streams.get("joints")
+    return Contents(
+        image="image" in scan.streams,
+        lidar="lidar" in scan.streams,
+        imu="imu" in scan.streams,
+        joint_names=joints.joint_names if joints is not None else (),
+        battery="battery" in scan.streams,
+    )
+
+
+def _large(stream: StreamScan, time: StreamTime, ticks: Int64[np.ndarray, " ticks"], tolerance_s: float) -> LargeStream:
+    match = nearest(time.stamps_ns, ticks, tolerance_s)
+    ticks_of: dict[int, list[int]] = {}
+    for tick in np.flatnonzero(match.valid).tolist():
+        ticks_of.setdefault(int(time.order[match.index[tick]]), []).append(tick)
+    stamps = dict(zip(time.order.tolist(), time.stamps_ns.tolist(), strict=True))
+    return LargeStream(stream.topic, ticks_of, stamps, match)
+
+
+def _calibration_notes(scan: Scan, calibration: Calibration) -> list[str]:
+    notes = []
+    if "image" in scan.streams and calibration.camera is None:
+        notes.append("camera: no CameraInfo and none in the robot's configuration; trajectory images cannot be made")
+    for sensor, pose in (
+        ("image", calibration.base_camera),
+        ("lidar", calibration.base_lidar),
+        ("imu", calibration.base_imu),
+    ):
+        if sensor in scan.streams and pose is None:
+            frame = scan.streams[sensor].frame_id or "(none)"
+            kept = "its pose stays unknown" if sensor == "image" else "its axes are taken for the base frame's"
+            notes.append(f"{sensor}: no transform from the base frame to {frame} and no mounting configured; {kept}")
+    return notes
+
+
+def _sync_report(
+    scan: Scan,
+    times: dict[str, StreamTime],
+    grid_stream: str,
+    ticks: Int64[np.ndarray, " ticks"],
+    columns: dict[str, Column],
+) -> dict[str, object]:
+    streams: dict[str, object] = {}
+    for name, time in times.items():
+        column = {"odometry": "state", "command": "action"}.get(name, name)
+        valid = columns.get(f"valid.{column}")
+        errors = np.abs(columns[f"sync.error_s.{column}"][valid]) if valid is not None else np.zeros(0)
+        gaps = np.diff(time.stamps_ns) * 1e-9
+        streams[name] = {
+            "topic": scan.streams[name].topic,
+            "messages": len(scan.streams[name].record_ns),
+            "clock": time.source,
+            "rate_hz": round(1.0 / float(np.median(gaps)), 3) if gaps.size else None,
+            "gap_max_s": round(float(gaps.max()), 6) if gaps.size else None,
+            "header_minus_record_s": None if time.offset_ns is None else round(time.offset_ns * 1e-9, 6),
+            "backwards": time.backwards,
+            "repeated": time.repeated,
+            "unstamped": time.unstamped,
+            "undecodable": scan.streams[name].undecodable,
+            "ticks_served": None if valid is None else int(valid.sum()),
+            "error_median_s": round(float(np.median(errors)), 6) if errors.size else None,
+            "error_max_s": round(float(errors.max()), 6) if errors.size else None,
+            "notes": list(time.notes),
+        }
+    return {
+        "grid_stream": grid_stream,
+        "start_ns": int(ticks[0]),
+        "end_ns": int(ticks[-1]),
+        "ticks": int(ticks.size),
+        "streams": streams,
+    }
+
+
+def _dropped(
+    scan: Scan, times: dict[str, StreamTime], large: dict[str, LargeStream], ticks: Int64[np.ndarray, " ticks"]
+) -> dict[str, int]:
+    """Counts of messages that reach no row, by reason; the native streams and clouds keep them all the same."""
+    counts: dict[str, int] = {}
+    for name, stream in large.items():
+        inside = [n for n, stamp in stream.stamps_ns.items() if ticks[0] <= stamp <= ticks[-1]]
+        counts[f"{name}: outside the grid"] = len(stream.stamps_ns) - len(inside)
+        counts[f"{name}: another message is nearer to the tick"] = sum(n not in stream.ticks_of for n in inside)
+    for name, time in times.items():
+        counts[f"{name}: stamp repeated"] = time.repeated
+        counts[f"{name}: no stamp"] = time.unstamped
+        if name not in LARGE:
+            counts[f"{name}: cannot be decoded"] = scan.streams[name].undecodable
+    return {reason: count for reason, count in counts.items() if count}
+
+
+def source_name(path: Path) -> str:
+    """How a recording is named in the data set: its folder's name and its own."""
+    resolved = path.resolve()
+    return f"{resolved.parent.name}/{resolved.name}"

@@ -1,0 +1,93 @@
+"""The small streams as table rows: one decoded message becomes numbers under fixed column names."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from navtool.datasets.decode.messages import (
+    BatterySample,
+    BoolSample,
+    ImuSample,
+    JointSample,
+    OdometrySample,
+    TwistSample,
+)
+from navtool.datasets.errors import DatasetsError
+
+ODOMETRY_COLUMNS = (
+    *("x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"),
+    *("vx_mps", "vy_mps", "vz_mps", "wx_radps", "wy_radps", "wz_radps"),
+)
+IMU_COLUMNS = ("ax_mps2", "ay_mps2", "az_mps2", "wx_radps", "wy_radps", "wz_radps")
+TWIST_COLUMNS = ("vx_mps", "vy_mps", "vz_mps", "wx_radps", "wy_radps", "wz_radps")
+BATTERY_COLUMNS = ("current_a", "voltage_v", "percentage")
+INTERVENTION_COLUMNS = ("active",)
+JOINT_KINDS = ("position", "velocity", "effort")
+
+
+@dataclass(frozen=True, slots=True)
+class StreamRows:
+    """One message as a row.
+
+    Attributes:
+        stamp_ns: Header stamp; None where the type has no header.
+        joint_names: Names of a joint state, in the order of the columns; empty for the other types.
+    """
+
+    stamp_ns: int | None
+    frame_id: str
+    columns: tuple[str, ...]
+    values: tuple[float, ...]
+    joint_names: tuple[str, ...] = ()
+
+
+def rows_of(sample: object, joint_names: tuple[str, ...]) -> StreamRows:
+    """The row of a decoded message.
+
+    Args:
+        joint_names: Order of a joint stream's columns, from its first message; joints that a message lacks are NaN,
+            those that it adds are left out.
+
+    Raises:
+        DatasetsError: If the type is not one of the small streams'.
+    """
+    match sample:
+        case OdometrySample():
+            parts = (sample.position, sample.orientation, sample.linear, sample.angular)
+            # The twist is in the child frame: that is the frame in which speeds are meant.
+            return StreamRows(sample.stamp_ns, sample.child_frame_id, ODOMETRY_COLUMNS, _flat(*parts))
+        case ImuSample():
+            parts = (sample.linear_acceleration, sample.angular_velocity)
+            return StreamRows(sample.stamp_ns, sample.frame_id, IMU_COLUMNS, _flat(*parts))
+        case TwistSample():
+            return StreamRows(sample.stamp_ns, sample.frame_id, TWIST_COLUMNS, _flat(sample.linear, sample.angular))
+        case BatterySample():
+            values = (sample.current_a, sample.voltage_v, sample.percentage)
+            return StreamRows(sample.stamp_ns, sample.frame_id, BATTERY_COLUMNS, values)
+        case BoolSample():
+            return StreamRows(sample.stamp_ns, sample.frame_id, INTERVENTION_COLUMNS, (float(sample.value),))
+        case JointSample():
+            return _joint_row(sample, joint_names or sample.names)
+        case _:
+            raise DatasetsError(f"{type(sample).__name__} cannot feed a stream", cure="name a topic of a fitting type")
+
+
+def _joint_row(sample: JointSample, names: tuple[str, ...]) -> StreamRows:
+    if not sample.names:
+        raise DatasetsError("a joint state without names", cure="leave the stream out: robot.topics.joints=[none]")
+    columns = tuple(f"{kind}.{name}" for kind in JOINT_KINDS for name in names)
+    if sample.names == names:
+        values = _flat(sample.position, sample.velocity, sample.effort)
+    else:
+        place = {name: index for index, name in enumerate(sample.names)}
+        table = np.full((3, len(names)), np.nan)
+        for column, name in enumerate(names):
+            if name in place:
+                source = place[name]
+                table[:, column] = sample.position[source], sample.velocity[source], sample.effort[source]
+        values = _flat(*table)
+    return StreamRows(sample.stamp_ns, sample.frame_id, columns, values, names)
+
+
+def _flat(*parts: np.ndarray[tuple[int, ...], np.dtype[np.floating]]) -> tuple[float, ...]:
+    return tuple(float(value) for part in parts for value in part)

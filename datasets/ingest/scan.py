@@ -1,0 +1,153 @@
+"""First pass over a recording: every time stamp, and the small streams in full."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float64, Int64
+
+from navtool.datasets.decode.messages import CameraInfoSample, ImageFrame, PointCloud, Transform, TransformsSample
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.ingest.clock import NO_STAMP
+from navtool.datasets.ingest.rows import StreamRows, rows_of
+from navtool.datasets.recording import RawMessage, Recording
+from navtool.datasets.topic_map import TopicMap
+
+logger = logging.getLogger(__name__)
+
+LARGE = ("image", "lidar")
+"""Streams whose messages are decoded in the second pass only."""
+_TRIES = 5
+"""Messages of a large stream that may be broken before the stream counts as unreadable."""
+
+
+@dataclass(slots=True)
+class StreamScan:
+    """What the first pass keeps of one stream, in the order of record."""
+
+    topic: str
+    header_ns: list[int] = field(default_factory=list)
+    record_ns: list[int] = field(default_factory=list)
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+    columns: tuple[str, ...] = ()
+    joint_names: tuple[str, ...] = ()
+    frame_id: str = ""
+    undecodable: int = 0
+    first_fault: str = ""
+    native_size: tuple[int, int] | None = None
+
+    @property
+    def stamps(self) -> tuple[Int64[np.ndarray, " n"], Int64[np.ndarray, " n"]]:
+        """Header stamps (-1 without header) and record times in ns."""
+        return np.array(self.header_ns, dtype=np.int64), np.array(self.record_ns, dtype=np.int64)
+
+    def values(self) -> Float64[np.ndarray, "n columns"]:
+        """The decoded rows of a small stream."""
+        return np.array(self.rows, dtype=np.float64).reshape(len(self.rows), len(self.columns))
+
+
+@dataclass(slots=True)
+class Scan:
+    """The first pass's result."""
+
+    topics: TopicMap
+    streams: dict[str, StreamScan]
+    camera_info: CameraInfoSample | None = None
+    transforms: list[Transform] = field(default_factory=list)
+
+
+def scan_recording(
+    recording: Recording,
+    topics: TopicMap,
+    joint_names: tuple[str, ...],
+    advance: Callable[[int], None] | None = None,
+) -> Scan:
+    """Read every mapped topic once, in the order of record.
+
+    Images and clouds are not decoded beyond the first one (for its frame and size); every other stream is kept in
+    full. A message that cannot be decoded is counted with its reason and does not end the pass.
+
+    Args:
+        joint_names: Order of the joints' columns; empty takes the first message's.
+        advance: Called with the number of bytes of each message.
+
+    Raises:
+        DatasetsError: If the recording cannot be read on, or no image or cloud of a mapped stream can be decoded.
+    """
+    by_topic = {topic: stream for stream, topic in topics.streams().items()}
+    static = tuple(topic for topic in topics.transforms if topic.endswith("tf_static"))
+    scan = Scan(topics, {stream: StreamScan(topic) for topic, stream in by_topic.items() if stream != "camera_info"})
+    if "joints" in scan.streams:
+        scan.streams["joints"].joint_names = joint_names
+    for raw in recording.messages((*by_topic, *static)):
+        stream = by_topic.get(raw.topic)
+        if stream is None:
+            _add_transforms(scan, recording, raw)
+        elif stream == "camera_info":
+            if scan.camera_info is None:
+                sample = recording.decode(raw)
+                scan.camera_info = sample if isinstance(sample, CameraInfoSample) else None
+        elif stream in LARGE:
+            _add_stamp(scan.streams[stream], recording, raw)
+        else:
+            _add_row(scan.streams[stream], recording, raw)
+        if advance is not None:
+            advance(len(raw.data))
+    for stream in LARGE:
+        if stream in scan.streams:
+            _require_decodable(scan.streams[stream], stream)
+    scan.streams = {name: stream for name, stream in scan.streams.items() if stream.record_ns}
+    return scan
+
+
+def _add_stamp(stream: StreamScan, recording: Recording, raw: RawMessage) -> None:
+    stamp = recording.header_stamp_ns(raw)
+    stream.header_ns.append(NO_STAMP if stamp is None else stamp)
+    stream.record_ns.append(raw.record_ns)
+    if stream.frame_id == "" and stream.native_size is None and stream.undecodable < _TRIES:
+        try:
+            sample = recording.decode(raw)
+        except DatasetsError as error:
+            _count_fault(stream, error)
+            return
+        if isinstance(sample, ImageFrame):
+            stream.frame_id = sample.frame_id
+            stream.native_size = (sample.rgb.shape[1], sample.rgb.shape[0])
+        elif isinstance(sample, PointCloud):
+            stream.frame_id = sample.frame_id
+            stream.native_size = (len(sample.xyz), 1)
+
+
+def _add_row(stream: StreamScan, recording: Recording, raw: RawMessage) -> None:
+    try:
+        rows: StreamRows = rows_of(recording.decode(raw), stream.joint_names)
+    except DatasetsError as error:
+        _count_fault(stream, error)
+        return
+    if not stream.columns:
+        stream.columns, stream.joint_names, stream.frame_id = rows.columns, rows.joint_names, rows.frame_id
+    stream.header_ns.append(NO_STAMP if rows.stamp_ns is None else rows.stamp_ns)
+    stream.record_ns.append(raw.record_ns)
+    stream.rows.append(rows.values)
+
+
+def _add_transforms(scan: Scan, recording: Recording, raw: RawMessage) -> None:
+    sample = recording.decode(raw)
+    if isinstance(sample, TransformsSample):
+        scan.transforms.extend(sample.transforms)
+
+
+def _count_fault(stream: StreamScan, error: DatasetsError) -> None:
+    stream.undecodable += 1
+    stream.first_fault = stream.first_fault or error.what
+    logger.debug("%s: %s", stream.topic, error)
+
+
+def _require_decodable(stream: StreamScan, name: str) -> None:
+    if stream.record_ns and stream.native_size is None:
+        raise DatasetsError(
+            f"none of the first {stream.undecodable} messages can be decoded: {stream.first_fault}",
+            where=stream.topic,
+            cure=f"name another topic for '{name}', or leave the stream out with robot.topics.{name}=[none]",
+        )

@@ -1,0 +1,144 @@
+"""Statistics of columns in LeRobot's form: min, max, mean, std, count and quantiles, per episode and over all."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float, Num, Shaped, UInt8
+
+Stats = dict[str, list[object]]
+"""One column's statistics as JSON-ready nested lists."""
+
+QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
+_LEVELS = 256
+
+
+def column_stats(values: Shaped[np.ndarray, "rows *shape"]) -> Stats:
+    """Statistics over the rows of a numeric or bool column, one value per element of a row.
+
+    Args:
+        values: At least one row; scalars per row give statistics of shape (1,).
+    """
+    table = values.astype(np.float64)
+    if table.ndim == 1:
+        table = table[:, None]
+    stats: dict[str, np.ndarray[tuple[int, ...], np.dtype[np.float64]]] = {
+        "min": table.min(axis=0),
+        "max": table.max(axis=0),
+        "mean": table.mean(axis=0),
+        "std": table.std(axis=0),
+    }
+    quantiles = np.quantile(table, list(QUANTILES.values()), axis=0)
+    stats |= dict(zip(QUANTILES, quantiles, strict=True))
+    return {name: value.tolist() for name, value in stats.items()} | {"count": [len(table)]}
+
+
+class ImageStats:
+    """Running statistics of RGB frames per channel in [0, 1], shapes (3, 1, 1), exact up to the 8-bit levels.
+
+    Every frame counts; of each, every fourth pixel along both axes.
+    """
+
+    def __init__(self) -> None:
+        self._histogram = np.zeros((3, _LEVELS), dtype=np.int64)
+        self._frames = 0
+
+    def add(self, rgb: UInt8[np.ndarray, "height width 3"]) -> None:
+        """Count one frame."""
+        thinned = rgb[::4, ::4].reshape(-1, 3).astype(np.int64) + np.arange(3) * _LEVELS
+        self._histogram += np.bincount(thinned.ravel(), minlength=3 * _LEVELS).reshape(3, _LEVELS)
+        self._frames += 1
+
+    def result(self) -> Stats:
+        """Statistics of what was counted; zeros when nothing was."""
+        total = self._histogram.sum(axis=1)
+        if not total.all():
+            zeros: list[object] = [[[0.0]]] * 3
+            return dict.fromkeys(("min", "max", "mean", "std", *QUANTILES), zeros) | {"count": [0]}
+        levels = np.arange(_LEVELS) / (_LEVELS - 1)
+        cumulated = self._histogram.cumsum(axis=1)
+        mean = self._histogram @ levels / total
+        stats = {
+            "min": levels[(self._histogram > 0).argmax(axis=1)],
+            "max": levels[_LEVELS - 1 - (self._histogram[:, ::-1] > 0).argmax(axis=1)],
+            "mean": mean,
+            "std": np.sqrt(np.maximum(self._histogram @ levels**2 / total - mean**2, 0.0)),
+        }
+        stats |= {
+            name: levels[(cumulated >= share * total[:, None]).argmax(axis=1)] for name, share in QUANTILES.items()
+        }
+        return {name: value.reshape(3, 1, 1).tolist() for name, value in stats.items()} | {"count": [self._frames]}
+
+
+class CloudStats:
+    """Running statistics of clouds per coordinate over the real points, shapes (3,): padding does not count.
+
+    One value a coordinate broadcasts over (points, 3) and does not grow with the number of points. Minimum, maximum,
+    mean and deviation are exact; the quantiles are those of every 97th point.
+    """
+
+    def __init__(self) -> None:
+        self._min, self._max = np.full(3, np.inf), np.full(3, -np.inf)
+        self._sum, self._squares = np.zeros(3), np.zeros(3)
+        self._points = 0
+        self._clouds = 0
+        self._sample: list[Float[np.ndarray, "sampled 3"]] = []
+
+    def add(self, xyz: Float[np.ndarray, "points 3"]) -> None:
+        """Count the real points of one cloud."""
+        self._clouds += 1
+        if len(xyz) == 0:
+            return
+        points = xyz.astype(np.float64)
+        self._min, self._max = np.minimum(self._min, points.min(axis=0)), np.maximum(self._max, points.max(axis=0))
+        self._sum += points.sum(axis=0)
+        self._squares += np.einsum("ij,ij->j", points, points)
+        self._points += len(points)
+        self._sample.append(xyz[::97])
+
+    def result(self) -> Stats:
+        """Statistics of what was counted; zeros when there was no point."""
+        if self._points == 0:
+            zeros: list[object] = [0.0] * 3
+            return dict.fromkeys(("min", "max", "mean", "std", *QUANTILES), zeros) | {"count": [self._clouds]}
+        mean = self._sum / self._points
+        stats = {
+            "min": self._min,
+            "max": self._max,
+            "mean": mean,
+            "std": np.sqrt(np.maximum(self._squares / self._points - mean**2, 0.0)),
+        }
+        quantiles = np.quantile(np.concatenate(self._sample), list(QUANTILES.values()), axis=0)
+        stats |= dict(zip(QUANTILES, quantiles, strict=True))
+        return {name: value.tolist() for name, value in stats.items()} | {"count": [self._clouds]}
+
+
+def aggregate(episodes: Sequence[Mapping[str, Stats]]) -> dict[str, Stats]:
+    """The statistics of all episodes together, weighted by their counts.
+
+    Exact for all but the quantiles, which are the weighted means of the episodes' quantiles, as LeRobot's are.
+    """
+    keys = dict.fromkeys(key for episode in episodes for key in episode)
+    return {key: _merge([episode[key] for episode in episodes if key in episode]) for key in keys}
+
+
+def _merge(parts: Sequence[Stats]) -> Stats:
+    counts = np.array([part["count"] for part in parts], dtype=np.float64).ravel()
+    if counts.sum() == 0:
+        return parts[0]
+    counted = [part for part, count in zip(parts, counts, strict=True) if count > 0]
+    weights = counts[counts > 0] / counts.sum()
+
+    def stacked(name: str) -> Num[np.ndarray, "episodes *shape"]:
+        return np.array([part[name] for part in counted], dtype=np.float64)
+
+    means = stacked("mean")
+    mean = np.tensordot(weights, means, axes=1)
+    variance = np.tensordot(weights, stacked("std") ** 2 + (means - mean) ** 2, axes=1)
+    merged = {
+        "min": stacked("min").min(axis=0),
+        "max": stacked("max").max(axis=0),
+        "mean": mean,
+        "std": np.sqrt(variance),
+    }
+    merged |= {name: np.tensordot(weights, stacked(name), axes=1) for name in QUANTILES}
+    return {name: value.tolist() for name, value in merged.items()} | {"count": [int(counts.sum())]}
