@@ -1,0 +1,83 @@
+"""What training needs of a data set; ``navtool.datasets.reader.NavDataset`` offers it, and so may any other store."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from navtool.pipeline.geometry.camera import CameraModel
+
+
+class EpisodeView(Protocol):
+    """One recorded run: rows ``start`` to ``stop - 1`` of the data set."""
+
+    @property
+    def index(self) -> int:
+        """Number of the episode, counted from 0 without gaps."""
+
+    @property
+    def start(self) -> int:
+        """First row."""
+
+    @property
+    def stop(self) -> int:
+        """Row after the last one."""
+
+    @property
+    def place(self) -> str:
+        """Where it was recorded; empty where nobody said."""
+
+    @property
+    def source(self) -> str:
+        """Name of the recording it comes from."""
+
+
+class CalibrationView(Protocol):
+    """The camera of an episode, scaled to the stored images."""
+
+    @property
+    def camera(self) -> CameraModel | None:
+        """None where the recording has no usable calibration."""
+
+    @property
+    def base_camera(self) -> NDArray[np.float64] | None:
+        """Pose of the camera's optical frame in base; None where it is unknown."""
+
+    @property
+    def base_height_m(self) -> float:
+        """Height of the base frame above the ground."""
+
+    @property
+    def robot_width_m(self) -> float:
+        """Width of the swath that the robot drives over."""
+
+
+class NavSource(Protocol):
+    """Rows of a data set in random access."""
+
+    @property
+    def fps(self) -> int:
+        """Rows a second."""
+
+    @property
+    def episodes(self) -> Sequence[EpisodeView]:
+        """All episodes in the order of their rows."""
+
+    def __len__(self) -> int:
+        """Number of rows."""
+
+    def column(self, name: str) -> NDArray[np.generic]:
+        """All rows of a small column, such as ``observation.state``."""
+
+    def points(self, index: int) -> NDArray[np.float32]:
+        """The cloud of a row, (10000, 3), zero behind its count."""
+
+    def image(self, index: int) -> NDArray[np.uint8]:
+        """The camera image of a row, (240, 320, 3) RGB."""
+
+    def calibration(self, episode: int) -> CalibrationView:
+        """The camera of an episode."""
+
+    def lineage(self) -> dict[str, object]:
+        """What the data set was made from; plain values."""
