@@ -1,0 +1,1 @@
+"""Rigid transforms, the camera, the ground plane and the robot's motion on it."""

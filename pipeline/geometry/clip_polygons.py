@@ -1,0 +1,73 @@
+"""Clipping many convex polygons at once.
+
+A polygon is a row of corners in order around it; the results are padded to equal length by repeating corners, which
+changes neither the area nor the outline.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from navtool.pipeline.arrays import Array
+
+
+def clip_to_half_space(
+    polygons: Float64[Array, "n corners dim"], normal: Float64[Array, " dim"], offset: float
+) -> tuple[Float64[Array, "kept more dim"], Bool[Array, " n"]]:
+    """The parts of convex polygons where normal . point >= offset, and the mask of those with a part left.
+
+    Reference: Sutherland and Hodgman, "Reentrant polygon clipping", 1974; all polygons advance together.
+    """
+    distance = polygons @ normal - offset
+    inside = distance >= 0
+    kept = np.asarray(inside.any(axis=1))
+    if inside.all():
+        return polygons, kept
+    polygons, distance, inside = polygons[kept], distance[kept], inside[kept]
+    after = np.roll(distance, -1, axis=1)
+    crosses = inside != (after >= 0)
+    fraction = distance / np.where(crosses, distance - after, 1.0)
+    cuts = polygons + fraction[..., None] * (np.roll(polygons, -1, axis=1) - polygons)
+    return _compact(polygons, inside, cuts, crosses), kept
+
+
+def clip_to_disc(
+    polygons: Float64[Array, "n corners 2"], radius: float
+) -> tuple[Float64[Array, "kept more 2"], Bool[Array, " n"]]:
+    """The parts of convex polygons within a disc about the origin, and the mask of those with a part left.
+
+    Note:
+        Where the outline leaves the disc and comes back, the chord replaces the arc, and a polygon none of whose edges
+        enters the disc is left out even if it contains the disc: use polygons that are small beside it.
+    """
+    inside = np.hypot(polygons[..., 0], polygons[..., 1]) <= radius
+    if inside.all():
+        return polygons, np.ones(len(polygons), np.bool_)
+    edge = np.roll(polygons, -1, axis=1) - polygons
+    # |p + t e| = radius: a t^2 + 2 b t + c = 0.
+    a = np.maximum(np.sum(edge * edge, axis=-1), 1e-300)
+    b = np.sum(polygons * edge, axis=-1)
+    c = np.sum(polygons * polygons, axis=-1) - radius * radius
+    discriminant = b * b - a * c
+    root = np.sqrt(np.maximum(discriminant, 0.0))
+    enter, leave = np.maximum((-b - root) / a, 0.0), np.minimum((-b + root) / a, 1.0)
+    touches = (discriminant >= 0) & (enter <= leave)
+    kept = touches.any(axis=1)
+    first = polygons + np.clip(enter, 0.0, 1.0)[..., None] * edge
+    second = polygons + np.clip(leave, 0.0, 1.0)[..., None] * edge
+    return _compact(first[kept], touches[kept], second[kept], touches[kept]), kept
+
+
+def _compact(
+    first: Float64[Array, "n corners dim"],
+    first_valid: Bool[Array, "n corners"],
+    second: Float64[Array, "n corners dim"],
+    second_valid: Bool[Array, "n corners"],
+) -> Float64[Array, "n most dim"]:
+    """The valid ones of first[0], second[0], first[1], ... of each row, the last of them repeated to equal length."""
+    n, corners, dim = first.shape
+    points = np.stack([first, second], axis=2).reshape(n, 2 * corners, dim)
+    valid = np.stack([first_valid, second_valid], axis=2).reshape(n, 2 * corners)
+    count = valid.sum(axis=1)
+    order = np.argsort(~valid, axis=1, kind="stable")
+    place = np.minimum(np.arange(int(count.max(initial=0))), count[:, None] - 1)
+    return np.take_along_axis(points, np.take_along_axis(order, place, axis=1)[..., None], axis=1)
