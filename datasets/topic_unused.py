@@ -50,11 +50,15 @@ def unused_topics(
 ) -> tuple[UnusedTopic, ...]:
     """Every topic that is neither chosen for a stream nor a transform, by name, with the reason."""
     used = {name for name in chosen.values() if name is not None} | set(transforms)
-    rest = sorted(topic for topic in topics if topic.name not in used or topic.count == 0)
+    left = [topic for topic in topics if topic.name not in used or topic.count == 0]
+    rest = sorted(left, key=lambda topic: (topic.name, topic.type))
     several = {name for name, kinds in Counter(topic.name for topic in rest if topic.count).items() if kinds > 1}
     return tuple(
         UnusedTopic(
-            *topic, reason="carries messages of several types" if topic.name in several else _reason(topic, chosen)
+            name=topic.name,
+            type=topic.type,
+            count=topic.count,
+            reason="carries messages of several types" if topic.name in several else _reason(topic, chosen),
         )
         for topic in rest
     )
