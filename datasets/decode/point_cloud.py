@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float32, Shaped, UInt16
+from jaxtyping import Shaped, UInt16
 
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import PointCloud
@@ -44,20 +44,19 @@ def _decoded(message: Any) -> PointCloud:
     head = head_of(message)
     fields = _fields(message)
     points = _points(message, fields.names())
-    xyz = _xyz(points, fields.xyz)
+    x, y, z = (points[name].astype(np.float32).reshape(-1) for name in fields.xyz)
     intensity = None if fields.intensity is None else points[fields.intensity].astype(np.float32).reshape(-1)
     ring = None if fields.ring is None else _ring(points[fields.ring].reshape(-1))
     time_s = None if fields.time is None else seconds_from_header(points[fields.time].reshape(-1), head.stamp_ns or 0)
-    dropped = 0
-    finite = _finite(xyz)
-    if finite is not None:
-        dropped = len(xyz) - int(np.count_nonzero(finite))
-        xyz = xyz[finite]
-        intensity = None if intensity is None else intensity[finite]
-        ring = None if ring is None else ring[finite]
-        time_s = None if time_s is None else time_s[finite]
+    finite = np.isfinite(x) & np.isfinite(y) & np.isfinite(z)
+    kept: Any = slice(None) if finite.all() else finite
     return PointCloud(
-        **head._asdict(), xyz=xyz, intensity=intensity, ring=ring, time_s=time_s, dropped_nonfinite=dropped
+        **head._asdict(),
+        xyz=np.stack([x[kept], y[kept], z[kept]], axis=1),
+        intensity=None if intensity is None else intensity[kept],
+        ring=None if ring is None else ring[kept],
+        time_s=None if time_s is None else time_s[kept],
+        dropped_nonfinite=finite.size - int(np.count_nonzero(finite)),
     )
 
 
@@ -115,13 +114,6 @@ def _dtype(message: Any, used: set[str], order: str) -> np.dtype[np.void]:
     return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": int(message.point_step)})
 
 
-def _xyz(points: Shaped[np.ndarray, "h w"], names: tuple[str, str, str]) -> Float32[np.ndarray, "n 3"]:
-    xyz = np.empty((points.size, 3), np.float32)
-    for axis, name in enumerate(names):
-        xyz[:, axis] = points[name].reshape(-1)
-    return xyz
-
-
 def _ring(ring: Shaped[np.ndarray, " n"]) -> UInt16[np.ndarray, " n"] | None:
     """The laser of each point; None where the values cannot be such numbers."""
     if ring.dtype.kind == "u" and ring.dtype.itemsize <= 2:
@@ -129,9 +121,3 @@ def _ring(ring: Shaped[np.ndarray, " n"]) -> UInt16[np.ndarray, " n"] | None:
     if ring.size and not (np.min(ring) >= 0 and np.max(ring) <= np.iinfo(np.uint16).max):
         return None
     return ring.astype(np.uint16)
-
-
-def _finite(xyz: Float32[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"] | None:
-    """Which points have three finite coordinates; None where all have."""
-    finite = np.isfinite(xyz)
-    return None if finite.all() else finite.all(axis=1)

@@ -22,15 +22,19 @@ _LOGS = ("-wal", "-journal")
 
 
 class Db3Source:
-    """One ``.db3`` file. Nothing is ever written beside it, not even SQLite's own ``-wal`` and ``-shm`` files."""
+    """One ``.db3`` file; errors name the place.
 
-    def __init__(self, path: Path) -> None:
+    Nothing is ever written beside it, not even SQLite's own ``-wal`` and ``-shm`` files.
+    """
+
+    def __init__(self, path: Path, *, where: Path) -> None:
         self._path = path
+        self._where = where
         self._copy: TemporaryDirectory[str] | None = None
-        with translated("this db3 recording cannot be opened", where=path, cure=_CURE):
+        with translated("this db3 recording cannot be opened", where=where, cure=_CURE):
             self._database = self._connect()
         try:
-            with translated("this db3 recording cannot be read", where=path, cure=_CURE):
+            with translated("this db3 recording cannot be read", where=where, cure=_CURE):
                 self._read_index()
         except DatasetsError:
             self.close()
@@ -38,10 +42,10 @@ class Db3Source:
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """The messages of the topics in the order of their record times."""
-        with translated("this db3 recording is damaged", where=self._path, cure=_CURE):
+        with translated("this db3 recording is damaged", where=self._where, cure=_CURE):
             wanted = {key: (c.topic, c.type) for key, c in self._channel_of.items() if c.topic in topics and c.count}
             for topic_id, record_ns, data in self._rows(tuple(wanted)):
-                yield RawMessage(*wanted[topic_id], record_ns, decompressed(data))
+                yield RawMessage(*wanted[topic_id], record_ns, decompressed(bytes(data)))
 
     def close(self) -> None:
         """Let go of the file, and of its copy where there was need for one."""
@@ -64,7 +68,6 @@ class Db3Source:
         if missing := {"topics", "messages"} - tables:
             raise DatasetsError(
                 f"an SQLite database without the table {' and '.join(sorted(missing))}",
-                where=self._path,
                 cure="pass a database that `ros2 bag record` wrote",
             )
         definitions: dict[str, Definition] = {}

@@ -9,7 +9,7 @@ import yaml
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.foreign import translated
 
-_SUFFIXES = (".bag", ".db3", ".mcap")
+_BAG_FILE = re.compile(r"(?P<stem>.*?)(_(?P<part>\d+))?(?P<suffix>\.(bag|db3|mcap)(\.zstd)?)")
 
 
 def files_of(path: Path) -> list[Path]:
@@ -21,27 +21,27 @@ def files_of(path: Path) -> list[Path]:
     Raises:
         DatasetsError: There is nothing, no recording in the folder, or more than one, or a file is missing.
     """
-    if not path.exists():
-        raise DatasetsError("there is no such file or folder", where=path, cure="check the path")
-    if not path.is_dir():
-        return [path]
-    if (path / "metadata.yaml").is_file():
-        return _described(path)
-    with translated("the folder cannot be listed", where=path):
-        found = sorted(x for x in path.iterdir() if x.suffix in _SUFFIXES and x.is_file())
-    if not found:
-        raise DatasetsError(
-            "there is no recording in this folder", where=path, cure="pass a folder with a metadata.yaml, or a bag file"
-        )
-    parts = [re.fullmatch(r"(.*)_(\d+)", x.stem) for x in found]
-    stems = {(part[1], file.suffix) if part else None for part, file in zip(parts, found, strict=True)}
-    if len(found) > 1 and (len(stems) > 1 or None in stems):
-        raise DatasetsError(
-            f"there are several recordings in this folder: {', '.join(x.name for x in found)}",
-            where=path,
-            cure="pass one of them",
-        )
-    return sorted(found, key=lambda x: (len(x.name), x.name))
+    with translated("the path cannot be read", where=path):
+        if not path.exists():
+            raise DatasetsError("there is no such file or folder", cure="check the path")
+        if path.is_file():
+            return [path]
+        if not path.is_dir():
+            raise DatasetsError("this is neither a file nor a folder", cure="pass a bag file")
+        if (path / "metadata.yaml").is_file():
+            return _described(path)
+        return _found(path)
+
+
+def _found(folder: Path) -> list[Path]:
+    matches = [(x, match) for x in sorted(folder.iterdir()) if (match := _BAG_FILE.fullmatch(x.name)) and x.is_file()]
+    if not matches:
+        raise DatasetsError("there is no recording in this folder", cure="pass a bag file, or a folder with bag files")
+    parts_of_one = len({(match["stem"], match["suffix"]) for _, match in matches}) == 1
+    if len(matches) > 1 and not (parts_of_one and all(match["part"] for _, match in matches)):
+        names = ", ".join(x.name for x, _ in matches)
+        raise DatasetsError(f"there are several recordings in this folder: {names}", cure="pass one of them")
+    return [x for x, _ in sorted(matches, key=lambda pair: int(pair[1]["part"] or 0))]
 
 
 def _described(folder: Path) -> list[Path]:

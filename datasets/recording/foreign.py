@@ -12,12 +12,14 @@ def translated(what: str, *, where: str | Path, cure: str | None = None) -> Iter
     """Raise every foreign exception of the block as one that names the file, keeping the original as its cause.
 
     The libraries below answer damaged bytes with their own errors, but also with `AssertionError`, `KeyError`,
-    `struct.error`, `MemoryError` and others: hence all of them.
+    `struct.error`, `MemoryError` and others: hence all of them. An error of navtool's own gets the place it lacks.
     """
     try:
         yield
-    except DatasetsError:
-        raise
+    except DatasetsError as error:
+        if error.where is not None:
+            raise
+        raise DatasetsError(error.what, where=where, cure=error.cure) from error
     except Exception as error:
         raise DatasetsError(f"{what}: {describe(error)}", where=where, cure=cure) from error
 

@@ -31,14 +31,15 @@ class _Index(NamedTuple):
 
 
 class McapSource:
-    """One ``.mcap`` file, read chunk by chunk; their checksums are verified."""
+    """One ``.mcap`` file, read chunk by chunk; their checksums are verified, and errors name the place."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, where: Path) -> None:
         self._path = path
-        with translated("this MCAP recording cannot be opened", where=path):
+        self._where = where
+        with translated("this MCAP recording cannot be opened", where=where):
             self._file: BinaryIO = path.open("rb")
         try:
-            with translated("this MCAP recording cannot be read", where=path, cure=_CURE):
+            with translated("this MCAP recording cannot be read", where=where, cure=_CURE):
                 self._reader = SeekingReader(self._file, validate_crcs=True)
                 self._read_index()
         except DatasetsError:
@@ -49,7 +50,7 @@ class McapSource:
         """The messages of the topics in the order of their record times."""
         wanted = {key: (c.topic, c.type) for key, c in self._channel_of.items() if c.topic in topics and c.count}
         names = {topic for topic, _ in wanted.values()}
-        with translated("this MCAP recording is damaged", where=self._path, cure=_CURE):
+        with translated("this MCAP recording is damaged", where=self._where, cure=_CURE):
             if self._indexed:
                 for _, channel, message in self._reader.iter_messages(names):
                     yield RawMessage(*wanted[channel.id], message.log_time, decompressed(message.data))
@@ -57,7 +58,6 @@ class McapSource:
             if not self._sorted:
                 raise DatasetsError(
                     "its messages are neither indexed nor in the order of their record times",
-                    where=self._path,
                     cure="run `mcap sort` on it",
                 )
             with self._path.open("rb") as stream:

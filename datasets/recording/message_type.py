@@ -50,7 +50,7 @@ class MessageType:
         self.name = channel.type
         self.encoding = channel.encoding
         if channel.definition is None:
-            self._store = default_store("ros1" if channel.encoding == "ros1" else ros_distro)
+            self._store = _default_types("ros1" if channel.encoding == "ros1" else ros_distro)
             if self.name not in self._store.fielddefs:
                 raise DatasetsError(
                     f"the recording embeds no definition of {self.name}, and ROS {ros_distro} has no such type",
@@ -59,6 +59,10 @@ class MessageType:
         else:
             self._store = get_typestore(Stores.EMPTY)
             self._store.register(_parsed(channel.definition, self.name))
+
+    def layout(self) -> tuple[object, ...]:
+        """The fields with their types, down to the basic ones: equal layouts read equal bytes equally."""
+        return self._layout_of(self.name)
 
     def stamp_layout(self) -> StampLayout | None:
         """Where the header's stamp lies; None where the type does not start with a header."""
@@ -73,19 +77,31 @@ class MessageType:
         read = self._store.deserialize_ros1 if self.encoding == "ros1" else self._store.deserialize_cdr
         return read(memoryview(data), self.name)
 
+    def _layout_of(self, name: str) -> tuple[object, ...]:
+        return tuple((field, self._description(kind)) for field, kind in self._store.fielddefs[name][1])
 
-@cache
-def default_store(ros_distro: str) -> Typestore:
-    """The types of a ROS 2 distribution by name, or those of ROS 1.
+    def _description(self, kind: Any) -> object:
+        if kind[0] == Nodetype.NAME:
+            return self._layout_of(kind[1])
+        if kind[0] == Nodetype.BASE:
+            return kind[1]
+        return (int(kind[0]), self._description(kind[1][0]), kind[1][1])
+
+
+def check_ros_distro(ros_distro: str) -> None:
+    """Do nothing where the name is that of a ROS 2 distribution whose types are at hand.
 
     Raises:
-        DatasetsError: There is no such distribution.
+        DatasetsError: It is not.
     """
-    distros = {x.value.removeprefix("ros2_"): x for x in Stores if x.value.startswith("ros2_")}
-    distros["ros1"] = Stores.ROS1_NOETIC
-    if ros_distro not in distros:
-        raise DatasetsError(f"unknown ROS distribution {ros_distro!r}", cure=f"use one of {', '.join(sorted(distros))}")
-    return get_typestore(distros[ros_distro])
+    known = sorted(x.value.removeprefix("ros2_") for x in Stores if x.value.startswith("ros2_"))
+    if ros_distro not in known:
+        raise DatasetsError(f"unknown ROS 2 distribution {ros_distro!r}", cure=f"use one of {', '.join(known)}")
+
+
+@cache
+def _default_types(ros_distro: str) -> Typestore:
+    return get_typestore(Stores.ROS1_NOETIC if ros_distro == "ros1" else Stores(f"ros2_{ros_distro}"))
 
 
 def _parsed(definition: Definition, name: str) -> Any:

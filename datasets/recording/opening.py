@@ -1,24 +1,20 @@
 """Opening a recording: what the path is, and which files belong to it."""
 
-from collections.abc import Callable
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.db3_source import Db3Source
+from navtool.datasets.recording.file_compression import unpacked
 from navtool.datasets.recording.folder import files_of
 from navtool.datasets.recording.foreign import translated
 from navtool.datasets.recording.mcap_source import McapSource
-from navtool.datasets.recording.message_type import default_store
+from navtool.datasets.recording.message_type import check_ros_distro
 from navtool.datasets.recording.raw import RecordingFormat
 from navtool.datasets.recording.recording import Recording
 from navtool.datasets.recording.ros1_source import Ros1Source
 from navtool.datasets.recording.source import Source
 
-_SOURCES: dict[RecordingFormat, Callable[[Path], Source]] = {
-    RecordingFormat.ros1: Ros1Source,
-    RecordingFormat.ros2_db3: Db3Source,
-    RecordingFormat.mcap: McapSource,
-}
 _MAGIC = {
     b"#ROSBAG V": RecordingFormat.ros1,
     b"SQLite format 3\0": RecordingFormat.ros2_db3,
@@ -37,24 +33,33 @@ def open_recording(path: Path, *, ros_distro: str = "humble") -> Recording:
     Raises:
         DatasetsError: It is not there, not a recording, damaged, or stored in a way that is not supported.
     """
-    default_store(ros_distro)
+    check_ros_distro(ros_distro)
     files = files_of(path)
-    formats = [_format_of(file) for file in files]
-    if len(set(formats)) > 1:
-        raise DatasetsError(f"its files have different formats: {', '.join(sorted(set(formats)))}", where=path)
-    sources: list[Source] = []
-    try:
-        for file in files:
-            sources.append(_SOURCES[formats[0]](file))
-        return Recording(path, formats[0], sources, ros_distro)
-    except BaseException:
-        for source in sources:
-            source.close()
-        raise
+    with ExitStack() as resources:
+        # Contents lie elsewhere than the file where it is compressed as a whole; errors name the file.
+        contents = [resources.enter_context(unpacked(file)) for file in files]
+        formats = [_format_of(content, file) for content, file in zip(contents, files, strict=True)]
+        if len(set(formats)) > 1:
+            raise DatasetsError(f"its files have different formats: {', '.join(sorted(set(formats)))}", where=path)
+        sources = [
+            resources.enter_context(closing(_source(formats[0], content, file)))
+            for content, file in zip(contents, files, strict=True)
+        ]
+        return Recording(path, formats[0], sources, ros_distro=ros_distro, resources=resources.pop_all())
 
 
-def _format_of(file: Path) -> RecordingFormat:
-    with translated("the file cannot be opened", where=file), file.open("rb") as stream:
+def _source(recording_format: RecordingFormat, content: Path, file: Path) -> Source:
+    match recording_format:
+        case RecordingFormat.ros1:
+            return Ros1Source(content, where=file)
+        case RecordingFormat.ros2_db3:
+            return Db3Source(content, where=file)
+        case RecordingFormat.mcap:
+            return McapSource(content, where=file)
+
+
+def _format_of(content: Path, file: Path) -> RecordingFormat:
+    with translated("the file cannot be opened", where=file), content.open("rb") as stream:
         head = stream.read(16)
     if not head:
         raise DatasetsError("the file is empty", where=file, cure="record or copy it again")

@@ -1,8 +1,8 @@
 """A recording, whatever its format: its topics, its messages in time order, their stamps and their contents."""
 
 import heapq
-from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -13,7 +13,7 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.foreign import describe
 from navtool.datasets.recording.message_type import MessageType, StampLayout
 from navtool.datasets.recording.raw import RawMessage, RecordingFormat, Topic
-from navtool.datasets.recording.source import Channel, Source
+from navtool.datasets.recording.source import Channel, Definition, Source
 
 
 class Recording:
@@ -33,22 +33,31 @@ class Recording:
     """
 
     def __init__(
-        self, path: Path, recording_format: RecordingFormat, sources: Sequence[Source], ros_distro: str
+        self,
+        path: Path,
+        recording_format: RecordingFormat,
+        sources: Sequence[Source],
+        *,
+        ros_distro: str,
+        resources: ExitStack,
     ) -> None:
         self.path = path
         self.format = recording_format
-        self._sources = tuple(sources)
+        self._sources = sorted(sources, key=lambda source: source.span_ns or (0, 0))
+        self._resources = resources
+        self._open = True
         self._ros_distro = ros_distro
         self._types: dict[tuple[str, str], MessageType | DatasetsError] = {}
+        self._defined_types: dict[tuple[str, str, Definition | None], MessageType] = {}
         self._stamps: dict[tuple[str, str], StampLayout | None] = {}
         self._channels: dict[tuple[str, str], list[Channel]] = {}
-        counts: Counter[tuple[str, str]] = Counter()
         for channel in (channel for source in sources for channel in source.channels):
-            key = (channel.topic, channel.type)
-            counts[key] += channel.count
-            self._channels.setdefault(key, []).append(channel)
-        self.topics = tuple(Topic(name, kind, counts[name, kind]) for name, kind in sorted(counts))
-        self.message_count = counts.total()
+            self._channels.setdefault((channel.topic, channel.type), []).append(channel)
+        self.topics = tuple(
+            Topic(name, kind, sum(channel.count for channel in channels))
+            for (name, kind), channels in sorted(self._channels.items())
+        )
+        self.message_count = sum(topic.count for topic in self.topics)
         spans = [source.span_ns for source in sources if source.span_ns is not None]
         self.start_ns = min((first for first, _ in spans), default=0)
         self.end_ns = max((last for _, last in spans), default=0)
@@ -63,8 +72,8 @@ class Recording:
 
     def close(self) -> None:
         """Let go of the files; the description stays readable, the messages do not."""
-        for source in self._sources:
-            source.close()
+        self._open = False
+        self._resources.close()
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """The messages of the topics, in the order of their record times.
@@ -75,6 +84,8 @@ class Recording:
         Raises:
             DatasetsError: The recording has no topic of such a name; while iterating: it is damaged.
         """
+        if not self._open:
+            raise DatasetsError("the recording is closed", where=self.path, cure="read it inside the with block")
         known = {topic.name for topic in self.topics}
         if missing := sorted(set(topics) - known):
             raise DatasetsError(
@@ -83,9 +94,8 @@ class Recording:
                 cure=f"choose from {', '.join(sorted(known)) or 'nothing: the recording has no topics'}",
             )
         wanted = frozenset(topics)
-        if len(self._sources) == 1:
-            return self._sources[0].messages(wanted)
-        return heapq.merge(*(source.messages(wanted) for source in self._sources), key=lambda raw: raw.record_ns)
+        streams = [_from(x.span_ns[0], x.messages(wanted)) for x in self._sources if x.span_ns is not None]
+        return (raw for _, raw in heapq.merge(*streams, key=lambda item: item[0]) if raw is not None)
 
     def header_stamp_ns(self, raw: RawMessage) -> int | None:
         """The header's stamp, read from the bytes; 0 where it was left unset, None where the type has no header.
@@ -143,9 +153,24 @@ class Recording:
         channels = self._channels.get(key)
         if channels is None:
             raise DatasetsError("the message is not one of this recording")
-        if len({(channel.encoding, channel.definition) for channel in channels}) > 1:
-            raise DatasetsError("the topic carries messages of two definitions of one type", cure="split the recording")
-        return MessageType(channels[0], self._ros_distro)
+        definitions = {(channel.encoding, channel.definition): channel for channel in channels}
+        first, *others = (self._defined(channel) for channel in definitions.values())
+        if any((other.encoding, other.layout()) != (first.encoding, first.layout()) for other in others):
+            raise DatasetsError("the topic carries two different types of this name", cure="filter one publisher out")
+        return first
+
+    def _defined(self, channel: Channel) -> MessageType:
+        key = (channel.type, channel.encoding, channel.definition)
+        if key not in self._defined_types:
+            self._defined_types[key] = MessageType(channel, self._ros_distro)
+        return self._defined_types[key]
 
     def _fault(self, raw: RawMessage, what: str, cure: str | None = None) -> DatasetsError:
         return DatasetsError(what, where=f"{self.path}: {raw.topic} ({raw.type}) at {raw.record_ns} ns", cure=cure)
+
+
+def _from(start_ns: int, messages: Iterator[RawMessage]) -> Iterator[tuple[int, RawMessage | None]]:
+    """The messages by time, after an empty entry that keeps a later part of the recording unread before its time."""
+    yield start_ns, None
+    for raw in messages:
+        yield raw.record_ns, raw

@@ -13,12 +13,12 @@ _CURE = "if the recorder was stopped early or the copy is incomplete, run `rosba
 
 
 class Ros1Source:
-    """One ``.bag`` file, read chunk by chunk."""
+    """One ``.bag`` file, read chunk by chunk; errors name the place."""
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._reader = Reader(path)
-        with translated("this ROS 1 bag cannot be read", where=path, cure=_CURE):
+    def __init__(self, path: Path, *, where: Path) -> None:
+        self._where = where
+        with translated("this ROS 1 bag cannot be read", where=where, cure=_CURE):
+            self._reader = Reader(path)
             self._reader.open()
             self.channels = tuple(
                 Channel(
@@ -32,7 +32,7 @@ class Ros1Source:
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """The messages of the topics in the order of their record times."""
-        with translated("this ROS 1 bag is damaged", where=self._path, cure=_CURE):
+        with translated("this ROS 1 bag is damaged", where=self._where, cure=_CURE):
             wanted = [x for x in self._reader.connections if x.topic in topics and x.msgcount]
             if not wanted:
                 return
