@@ -76,7 +76,11 @@ class Store:
 
     def provenance(self) -> list[dict[str, Any]]:
         """What each episode was made from."""
-        return [read_json(self.layout.episode(number) / "provenance.json", _REBUILD) for number in range(self.episodes)]
+        return [self.provenance_of(number) for number in range(self.episodes)]
+
+    def provenance_of(self, episode: int) -> dict[str, Any]:
+        """What one episode was made from."""
+        return read_json(self.layout.episode(episode) / "provenance.json", _REBUILD)
 
     def clear(self) -> None:
         """Remove staged files, and files of episodes that never became part of the data set."""
