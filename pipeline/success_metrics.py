@@ -1,7 +1,6 @@
 """How well predicted success probabilities agree with what happened: rates, ranking and calibration under a mask."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Shaped
@@ -25,7 +24,8 @@ class SuccessMetricsConfig:
             raise ValueError(f"calibration_bins = {self.calibration_bins} must be at least 1")
 
 
-class BinaryMetrics(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class BinaryMetrics:
     """Agreement of probabilities with 0/1 outcomes; the positive class is 1, "traversable", as in the paper's rates.
 
     A figure that its samples do not define is None, never 0: without negatives there is no false positive rate.
@@ -52,7 +52,8 @@ class BinaryMetrics(NamedTuple):
     """Expected calibration error: mean over the samples of |mean probability - share of positives| of their bin."""
 
 
-class SuccessMetrics(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class SuccessMetrics:
     """Metrics of success probability vectors along trajectories."""
 
     threshold: float

@@ -1,5 +1,7 @@
 """Rates, ranking and calibration against naive loops and scikit-learn."""
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -94,7 +96,7 @@ def test_order_and_ties_have_no_influence(seed: int) -> None:
     order = np.random.default_rng(seed).permutation(len(probability))
     before = success_metrics(probability, outcome, known, CONFIG)
     after = success_metrics(probability[order], outcome[order], known[order], CONFIG)
-    assert before.trajectory == pytest.approx(after.trajectory, abs=1e-12)
+    assert astuple(before.trajectory) == pytest.approx(astuple(after.trajectory), abs=1e-12)
     assert [step.average_precision for step in before.per_step] == pytest.approx(
         [step.average_precision for step in after.per_step], abs=1e-12
     )
@@ -140,7 +142,7 @@ def test_what_is_undefined_is_none_and_the_count_says_why() -> None:
     assert only_failure.fpr == 1.0
     nothing = success_metrics(p, np.ones((3, 2), dtype=np.int64), ~known, CONFIG)
     assert nothing.unknown == 3
-    assert nothing.trajectory == (0, 0, None, None, None, None, None, None, None)
+    assert astuple(nothing.trajectory) == (0, 0, None, None, None, None, None, None, None)
     assert nothing.steps == nothing.trajectory
 
 
