@@ -5,6 +5,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 
 from navtool.datasets.recording.raw import RecordingFormat
 from navtool.sim import lidar
+from navtool.sim.arrays import Array
 from navtool.sim.errors import SimError
 from navtool.sim.messages import MessageFactory
 from navtool.sim.proprioception import BATTERY_EVERY, IMU_EVERY, ODOMETRY_EVERY, measure
@@ -66,7 +68,7 @@ class _Message(NamedTuple):
 
 
 def write_recording(
-    path: Path, scene: Scene, track: Track, config: TakeConfig, *, format: RecordingFormat = RecordingFormat.mcap
+    path: Path, scene: Scene, track: Track, config: TakeConfig, *, storage: RecordingFormat = RecordingFormat.mcap
 ) -> Path:
     """Write what a robot on a track would have recorded, and return the path.
 
@@ -77,25 +79,25 @@ def write_recording(
         scene: What the sensors see.
         track: How the robot moves.
         config: Seed, start, light and rig.
-        format: MCAP file, ROS 1 bag or db3 folder.
+        storage: MCAP file, ROS 1 bag or db3 folder.
 
     Raises:
         SimError: The path exists, ends otherwise than its format asks, or cannot be written.
     """
-    if path.suffix != SUFFIX[format]:
-        wanted = f"end it in {SUFFIX[format]}" if SUFFIX[format] else "name a folder without a suffix"
-        raise SimError(f"a {format} recording cannot have this name", where=path, cure=wanted)
+    if path.suffix != SUFFIX[storage]:
+        wanted = f"end it in {SUFFIX[storage]}" if SUFFIX[storage] else "name a folder without a suffix"
+        raise SimError(f"a {storage} recording cannot have this name", where=path, cure=wanted)
     if path.exists():
         raise SimError("something is there already", where=path, cure="remove it, or write somewhere else")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".partial-", dir=path.parent) as partial:
-            factory = MessageFactory(ros1=format is RecordingFormat.ros1)
-            written = Path(partial) / (path.name if format is RecordingFormat.ros1 else path.stem)
-            with _writer(written, factory, format) as write:
+        with tempfile.TemporaryDirectory(prefix=".partial-", dir=path.parent) as unfinished:
+            factory = MessageFactory(ros1=storage is RecordingFormat.ros1)
+            written = Path(unfinished) / (path.name if storage is RecordingFormat.ros1 else path.stem)
+            with _writer(written, factory, storage) as write:
                 for message in _messages(factory, scene, track, config):
                     write(message.topic, message.record_ns, message.make())
-            source = written / path.name if format is RecordingFormat.mcap else written
+            source = written / path.name if storage is RecordingFormat.mcap else written
             shutil.move(source, path)
     except OSError as error:
         raise SimError(f"cannot write a recording: {error.strerror or error}", where=path) from error
@@ -104,15 +106,15 @@ def write_recording(
 
 @contextmanager
 def _writer(
-    path: Path, factory: MessageFactory, format: RecordingFormat
+    path: Path, factory: MessageFactory, storage: RecordingFormat
 ) -> Iterator[Callable[[str, int, bytes], None]]:
     """Open a recording with all topics declared."""
-    if format is RecordingFormat.ros1:
+    if storage is RecordingFormat.ros1:
         with Ros1Writer(path) as bag:
             ids = {name: bag.add_connection(name, kind, typestore=factory.store) for name, kind in TOPICS.items()}
             yield lambda topic, stamp, data: bag.write(ids[topic], stamp, data)
         return
-    plugin = StoragePlugin.MCAP if format is RecordingFormat.mcap else StoragePlugin.SQLITE3
+    plugin = StoragePlugin.MCAP if storage is RecordingFormat.mcap else StoragePlugin.SQLITE3
     with Ros2Writer(path, version=9, storage_plugin=plugin) as bag2:
         ids = {name: bag2.add_connection(name, kind, typestore=factory.store) for name, kind in TOPICS.items()}
         yield lambda topic, stamp, data: bag2.write(ids[topic], stamp, data)
@@ -130,14 +132,14 @@ def _messages(factory: MessageFactory, scene: Scene, track: Track, config: TakeC
     return sorted(messages, key=lambda message: message.record_ns)
 
 
-def _delayed(stamps_ns: Int[np.ndarray, "n"], shortest_s: float, rng: np.random.Generator) -> list[int]:
+def _delayed(stamps_ns: Int[Array, "n"], shortest_s: float, rng: np.random.Generator) -> list[int]:
     """Return when the recorder receives what was stamped: after a shortest delay, and sometimes much later."""
     delay = shortest_s * (1 + rng.exponential(0.3, stamps_ns.size))
     received: list[int] = (stamps_ns + (delay * 1e9).astype(np.int64)).tolist()
     return received
 
 
-def _stamps(track: Track, config: TakeConfig, every: int) -> Int[np.ndarray, "n"]:
+def _stamps(track: Track, config: TakeConfig, every: int) -> Int[Array, "n"]:
     return config.start_ns + np.arange(0, track.time_s.size, every, dtype=np.int64) * round(STEP_S * 1e9)
 
 
@@ -154,25 +156,27 @@ def _own_motion(
     for topic, values, every, make in streams:
         stamps = _stamps(track, config, every)
         for stamp, received, value in zip(stamps.tolist(), _delayed(stamps, 0.0015, rng), values, strict=True):
-            yield _Message(received, topic, lambda make=make, stamp=stamp, value=value: make(stamp, value))
+            yield _Message(received, topic, partial(make, stamp, value))
 
 
 def _operator(
     factory: MessageFactory, track: Track, config: TakeConfig, rng: np.random.Generator
 ) -> Iterator[_Message]:
     """Commands, the operator's switch, the mounts and the true failures."""
-    yield _Message(config.start_ns, "/tf_static", lambda: factory.static_transforms(config.start_ns))
+    yield _Message(config.start_ns, "/tf_static", partial(factory.static_transforms, config.start_ns))
     stamps = _stamps(track, config, COMMAND_EVERY)
-    commands = zip(track.command_mps[::COMMAND_EVERY].tolist(), track.command_radps[::COMMAND_EVERY].tolist())
+    commands = zip(
+        track.command_mps[::COMMAND_EVERY].tolist(), track.command_radps[::COMMAND_EVERY].tolist(), strict=True
+    )
     for stamp, received, pair in zip(stamps.tolist(), _delayed(stamps, 0.001, rng), commands, strict=True):
-        yield _Message(received, "/cmd_vel", lambda stamp=stamp, pair=pair: factory.command(stamp, *pair))
+        yield _Message(received, "/cmd_vel", partial(factory.command, stamp, *pair))
     stamps = _stamps(track, config, INTERVENTION_EVERY)
     switch = track.intervention[::INTERVENTION_EVERY].tolist()
     for received, on in zip(_delayed(stamps, 0.002, rng), switch, strict=True):
-        yield _Message(received, "/operator/intervention", lambda on=on: factory.intervention(active=on))
+        yield _Message(received, "/operator/intervention", partial(factory.intervention, active=on))
     for failure in track.failures:
         end_ns = config.start_ns + round(failure.end_s * 1e9)
-        yield _Message(end_ns, "/ground_truth/event", lambda failure=failure: factory.event(config.start_ns, failure))
+        yield _Message(end_ns, "/ground_truth/event", partial(factory.event, config.start_ns, failure))
 
 
 def _camera(
@@ -194,9 +198,8 @@ def _camera(
         return factory.image(int(stamps[index]), rgb, config.rig.jpeg_quality)
 
     for index, received in enumerate(_delayed(stamps, 0.018, timing)):
-        yield _Message(received, "/camera/front/image_raw/compressed", lambda index=index: frame(index))
-        stamp = int(stamps[index])
-        yield _Message(received, "/camera/front/camera_info", lambda stamp=stamp: factory.camera_info(stamp, model))
+        yield _Message(received, "/camera/front/image_raw/compressed", partial(frame, index))
+        yield _Message(received, "/camera/front/camera_info", partial(factory.camera_info, int(stamps[index]), model))
 
 
 def _lidar(
@@ -214,4 +217,4 @@ def _lidar(
         return factory.cloud(int(stamps[index]), lidar.scan(scene, poses, noise))
 
     for index, received in enumerate(_delayed(stamps, 0.004, timing)):
-        yield _Message(received, "/velodyne_points", lambda index=index: cloud(index))
+        yield _Message(received, "/velodyne_points", partial(cloud, index))

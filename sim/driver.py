@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from navtool.sim.arrays import Array
 from navtool.sim.robot import Robot, RobotState
 from navtool.sim.scene import REACH_M, Thing
 
@@ -46,7 +47,7 @@ class Driver:
         self.mode = Mode.CRUISE
         self._robot, self._obstacles, self._mischief, self._rng = robot, obstacles, mischief, rng
         self._deadline_s = 0.0
-        self._target = np.zeros(2)
+        self._target: Float[Array, "2"] = np.zeros(2)
         self._speed_mps = 0.0
         self._last = Command(0.0, 0.0, intervention=False)
 
@@ -104,13 +105,14 @@ class Driver:
                 return
         self._target = self._free_target(here, state.yaw_rad)
 
-    def _free_target(self, here: Float[np.ndarray, "2"], yaw_rad: float) -> Float[np.ndarray, "2"]:
+    def _free_target(self, here: Float[Array, "2"], yaw_rad: float) -> Float[Array, "2"]:
         """Return the target with the widest way among some random ones, those ahead first."""
         turn = self._rng.normal(0.0, 1.0, 24)
         length = self._rng.uniform(2.5, 7.0, 24)
         way = np.stack([np.cos(yaw_rad + turn), np.sin(yaw_rad + turn)]) * length
         targets = np.clip(here[:, None] + way, -REACH_M, REACH_M)
-        share = np.linspace(0.1, 1.0, 20)[None, None, :]
-        clearance = self._robot.clearance(here[:, None, None] + (targets - here[:, None])[..., None] * share)
+        share = np.linspace(0.1, 1.0, 20)
+        points = here[:, None, None] + (targets - here[:, None])[..., None] * share
+        clearance = self._robot.clearance(points.reshape(2, -1)).reshape(24, 20)
         score = np.minimum(clearance.min(axis=1), 0.5) - 0.05 * np.abs(turn)
         return np.asarray(targets[:, int(np.argmax(score))])

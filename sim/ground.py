@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float, Float32, Int, UInt8
 
+from navtool.sim.arrays import Array
 from navtool.sim.shapes import Shape
 
 HALF_SIDE_M = 40.0
@@ -37,14 +38,14 @@ RELIEF_M = np.array([0.03, 0.012, 0.004], np.float32)
 class Ground:
     """The plane z = 0 with its terrain."""
 
-    terrain: UInt8[np.ndarray, "n n"]
+    terrain: UInt8[Array, "n n"]
     """Terrain per texel, rows along y, columns along x."""
-    colour: UInt8[np.ndarray, "n n 4"]
+    colour: UInt8[Array, "n n 4"]
     """Linear RGB with shadows, and the contrast of the fine texture (255 = 1)."""
-    detail: UInt8[np.ndarray, "m m"]
+    detail: UInt8[Array, "m m"]
     """Fine texture, tiled; 128 is neutral."""
 
-    def terrain_at(self, x: Float[np.ndarray, "..."], y: Float[np.ndarray, "..."]) -> Int[np.ndarray, "..."]:
+    def terrain_at(self, x: Float[Array, "..."], y: Float[Array, "..."]) -> Int[Array, "..."]:
         """Return the terrain at points in metres; beyond the map, that of its edge."""
         last = self.terrain.shape[0] - 1
         column = np.clip((x + HALF_SIDE_M) / TEXEL_M, 0, last).astype(np.int64)
@@ -52,7 +53,7 @@ class Ground:
         return self.terrain[row, column].astype(np.int64)
 
 
-def smooth_noise(rng: np.random.Generator, side: int, cells: int) -> Float32[np.ndarray, "side side"]:
+def smooth_noise(rng: np.random.Generator, side: int, cells: int) -> Float32[Array, "side side"]:
     """Return noise in [0, 1] with features of ``side / cells`` texels that continues over opposite edges."""
     grid = np.pad(rng.random((cells, cells), dtype=np.float32), 2, mode="wrap")
     step = side / cells
@@ -80,7 +81,7 @@ def make_ground(rng: np.random.Generator, casters: list[tuple[Shape, bool]], sun
 
 def _shadows(
     rng: np.random.Generator, side: int, casters: list[tuple[Shape, bool]], sun: tuple[float, float, float]
-) -> Float32[np.ndarray, "side side"]:
+) -> Float32[Array, "side side"]:
     """Return the share of light that reaches each texel, 1 in the open, from one ray to the sun a texel."""
     light = np.ones((side, side), np.float32)
     holes = smooth_noise(rng, side, 500)

@@ -1,6 +1,7 @@
 """ROS messages of the demo robot, serialised for ROS 1 or ROS 2."""
 
 import json
+from collections.abc import Callable
 from typing import Any
 
 import cv2
@@ -11,6 +12,7 @@ from rosbags.typesys.store import Typestore
 
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import quaternion_from_rpy
+from navtool.sim.arrays import Array
 from navtool.sim.lidar import Scan
 from navtool.sim.rig import MOUNTS, WHEELS
 from navtool.sim.track import Failure
@@ -37,7 +39,7 @@ class MessageFactory:
         if "tf2_msgs/msg/TFMessage" not in self.store.types:
             self.store.register(get_types_from_msg(_TRANSFORMS, "tf2_msgs/msg/TFMessage"))
 
-    def image(self, stamp_ns: int, rgb: UInt8[np.ndarray, "h w 3"], quality: int) -> bytes:
+    def image(self, stamp_ns: int, rgb: UInt8[Array, "h w 3"], quality: int) -> bytes:
         """A sensor_msgs/CompressedImage with a JPEG."""
         _, jpeg = cv2.imencode(".jpg", rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
         header = self._header(stamp_ns, "camera_front_optical")
@@ -94,7 +96,7 @@ class MessageFactory:
             is_dense=True,
         )
 
-    def odometry(self, stamp_ns: int, sample: Float[np.ndarray, "5"]) -> bytes:
+    def odometry(self, stamp_ns: int, sample: Float[Array, "5"]) -> bytes:
         """A nav_msgs/Odometry of base_link in odom; the sample is x, y, yaw, speed, turn."""
         x, y, yaw, speed, turn = sample.tolist()
         pose = self._make(
@@ -110,7 +112,7 @@ class MessageFactory:
             twist=self._make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=covariance),
         )
 
-    def imu(self, stamp_ns: int, sample: Float[np.ndarray, "6"]) -> bytes:
+    def imu(self, stamp_ns: int, sample: Float[Array, "6"]) -> bytes:
         """A sensor_msgs/Imu without orientation (covariance -1); the sample is specific force, then turn rates."""
         ax, ay, az, wx, wy, wz = sample.tolist()
         unknown = np.zeros(9)
@@ -126,12 +128,12 @@ class MessageFactory:
             linear_acceleration_covariance=np.diag([1e-2] * 3).reshape(9),
         )
 
-    def joints(self, stamp_ns: int, sample: Float[np.ndarray, "3 4"]) -> bytes:
+    def joints(self, stamp_ns: int, sample: Float[Array, "3 4"]) -> bytes:
         """A sensor_msgs/JointState of the four wheels; the rows are position, velocity, effort."""
         names = dict(zip(("position", "velocity", "effort"), np.ascontiguousarray(sample), strict=True))
         return self._bytes("sensor_msgs/msg/JointState", header=self._header(stamp_ns, ""), name=list(WHEELS), **names)
 
-    def battery(self, stamp_ns: int, sample: Float[np.ndarray, "2"]) -> bytes:
+    def battery(self, stamp_ns: int, sample: Float[Array, "2"]) -> bytes:
         """A sensor_msgs/BatteryState; the sample is current (A, negative while discharging) and voltage (V)."""
         current, voltage = sample.tolist()
         unknown = float("nan")
@@ -181,8 +183,9 @@ class MessageFactory:
             transforms.append(self._make("geometry_msgs/msg/TransformStamped", **named))
         return self._bytes("tf2_msgs/msg/TFMessage", transforms=transforms)
 
-    def _make(self, type_name: str, **values: object) -> Any:  # noqa: ANN401 - message classes are made at run time
-        return self.store.types[type_name](**values)
+    def _make(self, type_name: str, **values: object) -> Any:
+        make: Callable[..., Any] = self.store.types[type_name]
+        return make(**values)
 
     def _bytes(self, type_name: str, **values: object) -> bytes:
         message = self._make(type_name, **values)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from navtool.sim.arrays import Array
 from navtool.sim.rig import TRACK_WIDTH_M, WHEEL_RADIUS_M
 from navtool.sim.robot import STEP_S
 from navtool.sim.track import Track
@@ -17,13 +18,13 @@ IMU_EVERY, ODOMETRY_EVERY, BATTERY_EVERY = 1, 2, 10
 class Proprioception(NamedTuple):
     """Measured streams, each at its own rate from the first step of the track on."""
 
-    imu: Float[np.ndarray, "n 6"]
+    imu: Float[Array, "n 6"]
     """ax, ay, az in m/s2 (gravity on +z at rest) and wx, wy, wz in rad/s; 100 Hz, frame imu_link."""
-    odometry: Float[np.ndarray, "m 5"]
+    odometry: Float[Array, "m 5"]
     """x, y in metres and yaw in radians since the start, with drift; speed in m/s and turn in rad/s; 50 Hz."""
-    joints: Float[np.ndarray, "m 3 4"]
+    joints: Float[Array, "m 3 4"]
     """Position in rad, velocity in rad/s and effort in N m of the four wheels; 50 Hz."""
-    battery: Float[np.ndarray, "k 2"]
+    battery: Float[Array, "k 2"]
     """Current in A, negative while discharging as in ROS, and voltage in V; 10 Hz."""
 
 
@@ -38,7 +39,7 @@ def measure(track: Track, rng: np.random.Generator) -> Proprioception:
     )
 
 
-def _imu(track: Track, rng: np.random.Generator) -> Float[np.ndarray, "n 6"]:
+def _imu(track: Track, rng: np.random.Generator) -> Float[Array, "n 6"]:
     """Specific force and turn rate: motion, gravity, vibration by terrain and speed, ringing after an impact."""
     steps = track.time_s.size
     forward = np.diff(track.speed_mps, append=track.speed_mps[-1]) / STEP_S
@@ -59,7 +60,7 @@ def _imu(track: Track, rng: np.random.Generator) -> Float[np.ndarray, "n 6"]:
     return np.concatenate([force, rates.T + bias + rng.normal(0.0, 0.008, (steps, 3))], axis=-1)
 
 
-def _odometry(track: Track, rng: np.random.Generator) -> Float[np.ndarray, "n 5"]:
+def _odometry(track: Track, rng: np.random.Generator) -> Float[Array, "n 5"]:
     """Wheel odometry: the measured twist, integrated, with a constant scale error and noise."""
     steps = track.time_s.size
     speed = track.speed_mps * (1 + rng.normal(0.0, 0.008)) + rng.normal(0.0, 0.004, steps)
@@ -69,7 +70,7 @@ def _odometry(track: Track, rng: np.random.Generator) -> Float[np.ndarray, "n 5"
     return np.stack([x, y, yaw, speed, turn], axis=-1)
 
 
-def _joints(track: Track, rng: np.random.Generator) -> Float[np.ndarray, "n 3 4"]:
+def _joints(track: Track, rng: np.random.Generator) -> Float[Array, "n 3 4"]:
     """Wheels left, right, left, right; they push hardest where the robot does not follow its command."""
     side = np.array([-1.0, 1.0, -1.0, 1.0]) * TRACK_WIDTH_M / 2
     velocity = (track.speed_mps[:, None] + side * track.turn_radps[:, None]) / WHEEL_RADIUS_M
@@ -81,7 +82,7 @@ def _joints(track: Track, rng: np.random.Generator) -> Float[np.ndarray, "n 3 4"
     return np.stack([position, velocity + 0.02 * noise[0], effort + 0.15 * noise[1]], axis=1)
 
 
-def _battery(track: Track, effort: Float[np.ndarray, "n 4"], rng: np.random.Generator) -> Float[np.ndarray, "n 2"]:
+def _battery(track: Track, effort: Float[Array, "n 4"], rng: np.random.Generator) -> Float[Array, "n 2"]:
     """Electronics, plus a share of the wheels' effort; the voltage sags with the current."""
     current = 2.2 + 0.35 * np.abs(effort).sum(axis=1) + rng.normal(0.0, 0.08, track.time_s.size)
     smooth = np.convolve(np.pad(current, (9, 0), mode="edge"), np.full(10, 0.1), mode="valid")

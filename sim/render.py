@@ -1,5 +1,6 @@
 """Camera images of a scene, by casting one ray a pixel."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -7,12 +8,14 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8
 
 from navtool.pipeline.geometry.camera import CameraModel
+from navtool.sim.arrays import Array
 from navtool.sim.ground import HALF_SIDE_M, TEXEL_M, smooth_noise
 from navtool.sim.scene import Scene, Thing
 
 _NEAR_M = 0.2
 """Leaves closer than this are drawn at this distance: a lens inside a bush sees the leaves around it."""
 _TEXELS_PER_M = 60.0
+_GROUND_REACH_M = 80.0
 _ZENITH = np.array([96.0, 138.0, 200.0], np.float32)
 _HORIZON = np.array([196.0, 206.0, 214.0], np.float32)
 _TREELINE = np.array([58.0, 74.0, 56.0], np.float32)
@@ -51,11 +54,11 @@ class Camera:
     def image(
         self,
         scene: Scene,
-        world_camera: Float[np.ndarray, "4 4"],
+        world_camera: Float[Array, "4 4"],
         exposure: Exposure,
         yaw_rate_radps: float,
         rng: np.random.Generator,
-    ) -> UInt8[np.ndarray, "h w 3"]:
+    ) -> UInt8[Array, "h w 3"]:
         """Return the RGB image from a pose of the optical frame (z forward, x right, y down).
 
         Args:
@@ -72,9 +75,10 @@ class Camera:
         clean *= np.float32(exposure.brightness)
         row, column = rng.integers(0, 64, 2)
         grain = self._grain[row : row + self.model.height, column : column + self.model.width]
-        return np.clip(clean + np.float32(exposure.noise) * grain + np.float32(0.5), 0, 255).astype(np.uint8)
+        noisy = clean + np.float32(exposure.noise) * grain + np.float32(0.5)
+        return np.asarray(np.clip(noisy, 0, 255).astype(np.uint8))
 
-    def radiance(self, scene: Scene, world_camera: Float[np.ndarray, "4 4"]) -> Float32[np.ndarray, "h w 3"]:
+    def radiance(self, scene: Scene, world_camera: Float[Array, "4 4"]) -> Float32[Array, "h w 3"]:
         """Return the noise-free image, 0-255 and beyond, at a brightness of 1."""
         rotation = world_camera[:3, :3].astype(np.float32)
         origin = world_camera[:3, 3].astype(np.float32).reshape(3, 1, 1)
@@ -85,65 +89,56 @@ class Camera:
                 self._draw(scene, thing, origin, rays[(slice(None), *window)], depth[window], picture[window])
         return cv2.GaussianBlur(picture, (3, 3), 0.6)
 
-    def _visible(self, scene: Scene, world_camera: Float[np.ndarray, "4 4"]) -> list[tuple[Thing, tuple[slice, slice]]]:
-        """Return what may be in view with the image window that holds it, nearest first."""
-        corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
-        centres = np.array([thing.shape.centre for thing in scene.things])
-        extents = np.array([thing.shape.half_extent for thing in scene.things])
-        boxes = centres[:, None, :] + corners * extents[:, None, :] - world_camera[:3, 3]
-        boxes = boxes @ world_camera[:3, :3]
-        found = []
-        for index in np.argsort(boxes[..., 2].mean(axis=1)):
-            x, y, z = boxes[index].T
-            if z.max() < _NEAR_M:
-                continue
-            window = (slice(0, self.model.height), slice(0, self.model.width))
-            if z.min() > _NEAR_M:
-                window = (
-                    _clip(y / z * self.model.fy + self.model.cy, self.model.height),
-                    _clip(x / z * self.model.fx + self.model.cx, self.model.width),
-                )
-            if all(side.start < side.stop for side in window):
-                found.append((scene.things[index], window))
-        return found
+    def _visible(self, scene: Scene, world_camera: Float[Array, "4 4"]) -> Iterator[tuple[Thing, tuple[slice, slice]]]:
+        """Yield what may be in view with the image window that holds it, nearest first."""
+        x, y, z = np.moveaxis((scene.corners() - world_camera[:3, 3]) @ world_camera[:3, :3], -1, 0)
+        height, width = self.model.height, self.model.width
+        rows, columns = y / z * self.model.fy + self.model.cy, x / z * self.model.fx + self.model.cx
+        edges = np.stack([rows.min(axis=1), rows.max(axis=1) + 2, columns.min(axis=1), columns.max(axis=1) + 2])
+        across = z.min(axis=1) <= _NEAR_M  # reaches behind the image plane: its corners tell nothing
+        edges[:, across] = np.array([[0], [height], [0], [width]])
+        top, bottom, left, right = np.clip(edges, 0, np.array([[height], [height], [width], [width]])).astype(np.int64)
+        seen = (z.max(axis=1) > _NEAR_M) & (top < bottom) & (left < right)
+        nearest_first = np.argsort(z.mean(axis=1))
+        for index in nearest_first[seen[nearest_first]].tolist():
+            yield scene.things[index], (slice(top[index], bottom[index]), slice(left[index], right[index]))
 
     def _draw(
         self,
         scene: Scene,
         thing: Thing,
-        origin: Float32[np.ndarray, "3 1 1"],
-        rays: Float32[np.ndarray, "3 r c"],
-        depth: Float32[np.ndarray, "r c"],
-        picture: Float32[np.ndarray, "r c 3"],
+        origin: Float32[Array, "3 1 1"],
+        rays: Float32[Array, "3 r c"],
+        depth: Float32[Array, "r c"],
+        picture: Float32[Array, "r c 3"],
     ) -> None:
         """Draw one thing into a window of the picture and of its depth."""
         enter, leave = thing.shape.span(origin, rays)
         nearest = np.float32(0.0 if thing.material.solid else _NEAR_M)
         surface = np.maximum(enter, nearest)
-        shown: Bool[np.ndarray, "r c"] = (enter < leave) & (leave > nearest) & (surface < depth)
+        shown: Bool[Array, "r c"] = (enter < leave) & (leave > nearest) & (surface < depth)
         if thing.material.solid:
             shown &= enter > 0
         if not shown.any():
             return
-        reach, directions = surface[shown], rays[:, shown]
+        pixels = np.nonzero(shown)
+        reach, directions = surface[pixels], rays[:, *pixels]
         points = origin[:, 0] + reach * directions
         normals = thing.shape.normal(points)
         grain = self._texture(points, normals)
         if not thing.material.solid:
             facing = np.abs((normals * directions).sum(axis=0)) / np.sqrt((directions * directions).sum(axis=0))
-            keep = (facing > np.float32(1.2) * (np.float32(0.75) - grain)) | (enter[shown] < nearest)
-            shown[shown] = keep
+            keep = (facing > np.float32(1.2) * (np.float32(0.75) - grain)) | (enter[pixels] < nearest)
+            pixels = (pixels[0][keep], pixels[1][keep])
             reach, normals, grain = reach[keep], normals[:, keep], grain[keep]
         sun = (normals * np.array(scene.sun, np.float32)[:, None]).sum(axis=0)
         shade = _AMBIENT + _SUNLIGHT * np.maximum(sun, np.float32(0))
         shade *= np.float32(1) + np.float32(2 * thing.material.contrast) * (grain - np.float32(0.5))
         colours = shade[:, None] * np.array(thing.material.colour, np.float32)
-        depth[shown] = reach
-        picture[shown] = _hazy(colours, reach)
+        depth[pixels] = reach
+        picture[pixels] = _hazy(colours, reach)
 
-    def _texture(
-        self, points: Float32[np.ndarray, "3 n"], normals: Float32[np.ndarray, "3 n"]
-    ) -> Float32[np.ndarray, "n"]:
+    def _texture(self, points: Float32[Array, "3 n"], normals: Float32[Array, "3 n"]) -> Float32[Array, "n"]:
         """Return noise in [0, 1] that is fixed to the world, looked up along the two axes a surface faces least."""
         x, y, z = (points * np.float32(_TEXELS_PER_M)).astype(np.int32)
         slope_x, slope_y, slope_z = np.abs(normals)
@@ -152,38 +147,48 @@ class Camera:
         column = np.where(top | (slope_x > slope_y), y, x)
         fine = self._leaf[row & 255, column & 255]
         lumps = self._leaf[(row >> 3) & 255, (column >> 3) & 255]
-        return np.float32(0.6) * fine + np.float32(0.4) * lumps
+        return np.asarray(np.float32(0.6) * fine + np.float32(0.4) * lumps)
 
 
 def _backdrop(
-    scene: Scene, origin: Float32[np.ndarray, "3 1 1"], rays: Float32[np.ndarray, "3 h w"]
-) -> tuple[Float32[np.ndarray, "h w 3"], Float32[np.ndarray, "h w"]]:
+    scene: Scene, origin: Float32[Array, "3 1 1"], rays: Float32[Array, "3 h w"]
+) -> tuple[Float32[Array, "h w 3"], Float32[Array, "h w"]]:
     """Return sky, treeline and ground, and the ground's depth (infinite for the others)."""
-    level = np.sqrt(rays[0] * rays[0] + rays[1] * rays[1])
-    slope = rays[2] / level
-    fade = np.clip(slope * np.float32(1.6), 0, 1)[..., None]
-    picture = _HORIZON + fade * (_ZENITH - _HORIZON)
+    depth = np.where(rays[2] < 0, -origin[2] / rays[2], np.float32(np.inf))
+    nearest, farthest = depth.min(axis=1), depth.max(axis=1)
+    picture = np.empty((*depth.shape, 3), np.float32)
+    sky = farthest > _GROUND_REACH_M
+    if sky.any():
+        picture[sky] = _sky_colour(scene, rays[:, sky])
+    low = np.flatnonzero(nearest < _GROUND_REACH_M)
+    if low.size:
+        window = slice(int(low[0]), int(low[-1]) + 1)
+        ground = depth[window] < _GROUND_REACH_M
+        picture[window][ground] = _ground_colour(scene, origin, rays[:, window], depth[window])[ground]
+    return picture, depth
+
+
+def _sky_colour(scene: Scene, rays: Float32[Array, "3 r w"]) -> Float32[Array, "r w 3"]:
+    """Return the sky's gradient, and the far treeline where it stands before it."""
+    slope = rays[2] / np.sqrt(rays[0] * rays[0] + rays[1] * rays[1])
     middle = rays[:, rays.shape[1] // 2]
     azimuth = np.arctan2(middle[1], middle[0])
     far_trees = scene.treeline_rad[(azimuth * (360 / np.pi)).astype(np.int64) % 720].astype(np.float32)
-    picture[slope < far_trees] = _TREELINE
-    depth = np.where(rays[2] < 0, -origin[2] / rays[2], np.float32(np.inf))
-    rows = np.flatnonzero(depth.min(axis=1) < 80.0)
-    if rows.size:
-        low = slice(int(rows[0]), int(rows[-1]) + 1)
-        ground = depth[low] < 80.0
-        picture[low][ground] = _ground_colour(scene, origin, rays[:, low], depth[low])[ground]
-    return picture, depth
+    shades = np.linspace(0, 1, 256, dtype=np.float32)[:, None]
+    palette = np.concatenate([_HORIZON + shades * (_ZENITH - _HORIZON), _TREELINE[None, :]])
+    shade = np.clip(slope * np.float32(1.6 * 255), 0, 255).astype(np.int32)
+    shade[slope < far_trees] = 256
+    return np.take(palette, shade, axis=0)
 
 
 def _ground_colour(
     scene: Scene,
-    origin: Float32[np.ndarray, "3 1 1"],
-    rays: Float32[np.ndarray, "3 r c"],
-    depth: Float32[np.ndarray, "r c"],
-) -> Float32[np.ndarray, "r c 3"]:
+    origin: Float32[Array, "3 1 1"],
+    rays: Float32[Array, "3 r c"],
+    depth: Float32[Array, "r c"],
+) -> Float32[Array, "r c 3"]:
     """Return the ground's colour: the coloured map, and the fine texture where it is near enough to resolve."""
-    reach = np.minimum(depth, np.float32(80.0))
+    reach = np.minimum(depth, np.float32(_GROUND_REACH_M))
     x, y = origin[0] + reach * rays[0], origin[1] + reach * rays[1]
     scale, shift = np.float32(1 / TEXEL_M), np.float32(HALF_SIDE_M / TEXEL_M - 0.5)
     texels = cv2.remap(
@@ -202,19 +207,14 @@ def _ground_colour(
     return _hazy(texels[..., :3] * shade[..., None], reach)
 
 
-def _hazy(colours: Float32[np.ndarray, "*n 3"], distance_m: Float32[np.ndarray, "*n"]) -> Float32[np.ndarray, "*n 3"]:
+def _hazy(colours: Float32[Array, "*n 3"], distance_m: Float32[Array, "*n"]) -> Float32[Array, "*n 3"]:
     clear = np.exp(distance_m * np.float32(-1 / 90))[..., None]
-    return colours * clear + _HORIZON * (1 - clear)
+    return np.asarray((colours - _HORIZON) * clear + _HORIZON)
 
 
-def _clip(pixels: Float[np.ndarray, "8"], size: int) -> slice:
-    """Return the range of whole pixels between the outermost of projected corners, within the image."""
-    return slice(max(0, int(np.floor(pixels.min()))), min(size, int(np.ceil(pixels.max())) + 1))
-
-
-def _box_kernel(length_px: float) -> Float32[np.ndarray, "1 k"]:
+def _box_kernel(length_px: float) -> Float32[Array, "1 k"]:
     """Return a horizontal box filter of a length that need not be whole."""
     half = int(np.ceil((length_px - 1) / 2))
     kernel = np.ones((1, 2 * half + 1), np.float32)
     kernel[0, [0, -1]] = (length_px - (2 * half - 1)) / 2
-    return kernel / kernel.sum()
+    return np.asarray(kernel / kernel.sum())

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
+from navtool.sim.arrays import Array
 
 type Pose = tuple[float, float, float, float, float, float]
 """x, y, z in metres and roll, pitch, yaw in radians."""
@@ -63,7 +64,7 @@ def camera_model(width: int) -> CameraModel:
     )
 
 
-def mount(child: str) -> Float[np.ndarray, "4 4"]:
+def mount(child: str) -> Float[Array, "4 4"]:
     """Return the pose of a frame of ``MOUNTS`` in base_footprint."""
     pose = np.eye(4)
     while child != "base_footprint":

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from navtool.sim.arrays import Array
 from navtool.sim.scene import Thing
+from navtool.sim.shapes import Box, Shape
 
 STEP_S = 0.01
 
@@ -48,15 +50,15 @@ class Robot:
 
     def __init__(self, obstacles: tuple[Thing, ...], limits: RobotLimits) -> None:
         self.limits = limits
-        self._solid = tuple(thing for thing in obstacles if thing.material.solid)
-        self._soft = tuple(thing for thing in obstacles if not thing.material.solid)
+        self._solid = _Outlines(tuple(thing.shape for thing in obstacles if thing.material.solid))
+        soft = tuple(thing for thing in obstacles if not thing.material.solid)
+        self._soft = _Outlines(tuple(thing.shape for thing in soft))
+        self._drag_per_m = np.array([thing.material.drag_per_m for thing in soft])
 
-    def clearance(self, xy: Float[np.ndarray, "2 ..."], *, soft: bool = True) -> Float[np.ndarray, "..."]:
+    def clearance(self, xy: Float[Array, "2 n"]) -> Float[Array, "n"]:
         """Return the distance in metres from the footprint's rim at points to the nearest thing, negative inside."""
-        things = (*self._solid, *self._soft) if soft else self._solid
-        if not things:
-            return np.full(xy.shape[1:], np.inf)
-        return np.min([thing.shape.clearance(xy) for thing in things], axis=0) - self.limits.radius_m
+        nearest = np.minimum(self._solid.clearance(xy).min(axis=0), self._soft.clearance(xy).min(axis=0))
+        return np.asarray(nearest - self.limits.radius_m)
 
     def step(self, state: RobotState, speed_mps: float, turn_radps: float, *, lifted: bool = False) -> RobotState:
         """Return the state one step later under a commanded speed and turn.
@@ -78,8 +80,8 @@ class Robot:
         rate = state.turn_radps + (turn - state.turn_radps) * STEP_S / limits.lag_s
         heading = np.array([np.cos(state.yaw_rad), np.sin(state.yaw_rad)])
         ahead = here + heading * (0.03 * np.sign(wanted if abs(state.speed_mps) < 0.02 else state.speed_mps))
-        now, then = self.clearance(here, soft=False), self.clearance(ahead, soft=False)
-        contact = bool(then < 0.0 and then < now)
+        now, then = self._solid.clearance(np.stack([here, ahead], axis=1)).min(axis=0)
+        contact = bool(then < limits.radius_m and then < now)
         if contact:
             stop = limits.impact_deceleration_mps2 * STEP_S
             speed = float(np.sign(state.speed_mps)) * max(0.0, abs(state.speed_mps) - stop)
@@ -94,11 +96,23 @@ class Robot:
             grip=grip,
         )
 
-    def _grip(self, here: Float[np.ndarray, "2"]) -> float:
+    def _grip(self, here: Float[Array, "2"]) -> float:
         """Return the share of its speed that is left: it falls linearly with the depth inside each soft thing."""
-        held = 0.0
-        for thing in self._soft:
-            depth = self.limits.radius_m - float(thing.shape.clearance(here))
-            if depth > 0:
-                held += min(depth, 0.9) * thing.material.drag_per_m
-        return max(0.0, 1.0 - held)
+        depth = self.limits.radius_m - self._soft.clearance(here[:, None])[:-1, 0]
+        return max(0.0, 1.0 - float((np.clip(depth, 0.0, 0.9) * self._drag_per_m).sum()))
+
+
+class _Outlines:
+    """The outlines of many bodies on the ground, the round ones in one array."""
+
+    def __init__(self, shapes: tuple[Shape, ...]) -> None:
+        rounds = [(shape.x, shape.y, shape.radius) for shape in shapes if not isinstance(shape, Box)]
+        self._x, self._y, self._radius = np.array(rounds).reshape(-1, 3).T[..., None]
+        self._boxes = [shape for shape in shapes if isinstance(shape, Box)]
+
+    def clearance(self, xy: Float[Array, "2 n"]) -> Float[Array, "bodies n"]:
+        """Return the distance of points to each round body, each box, and last to the nothing far away (infinite)."""
+        around = np.hypot(xy[0] - self._x, xy[1] - self._y) - self._radius
+        return np.concatenate(
+            [around, *(box.clearance(xy)[None] for box in self._boxes), np.full((1, xy.shape[1]), np.inf)]
+        )

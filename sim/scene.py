@@ -6,6 +6,7 @@ from zlib import crc32
 import numpy as np
 from jaxtyping import Float
 
+from navtool.sim.arrays import Array
 from navtool.sim.ground import Ground, make_ground
 from navtool.sim.shapes import Box, Cylinder, Ellipsoid, Shape
 
@@ -64,8 +65,15 @@ class Scene:
     things: tuple[Thing, ...]
     sun: tuple[float, float, float]
     """Unit vector towards the sun."""
-    treeline_rad: Float[np.ndarray, "720"]
+    treeline_rad: Float[Array, "720"]
     """Elevation of the far treeline per half degree of azimuth."""
+
+    def corners(self) -> Float[Array, "things 8 3"]:
+        """Return the corners of each thing's upright bounding box."""
+        signs = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+        centres = np.array([thing.shape.centre for thing in self.things]).reshape(-1, 1, 3)
+        extents = np.array([thing.shape.half_extent for thing in self.things]).reshape(-1, 1, 3)
+        return np.asarray(centres + signs * extents)
 
     def obstacles(self) -> tuple[Thing, ...]:
         """Return the things a robot can meet."""

@@ -6,26 +6,28 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Float32
 
+from navtool.sim.arrays import Array
+
 
 class Span(NamedTuple):
     """Ray parameters between which a ray lies inside a body; ``enter > leave`` where it misses."""
 
-    enter: Float32[np.ndarray, "..."]
-    leave: Float32[np.ndarray, "..."]
+    enter: Float32[Array, "..."]
+    leave: Float32[Array, "..."]
 
     def __and__(self, other: "Span") -> "Span":
         """Return the span inside both bodies."""
         return Span(np.maximum(self.enter, other.enter), np.minimum(self.leave, other.leave))
 
 
-def _slab(origin: Float32[np.ndarray, "..."], direction: Float32[np.ndarray, "..."], low: float, high: float) -> Span:
+def _slab(origin: Float32[Array, "..."], direction: Float32[Array, "..."], low: float, high: float) -> Span:
     """Return the span between two parallel planes; a ray that runs along them gets infinities of the right sign."""
     inverse = np.float32(1.0) / direction
     a, b = (np.float32(low) - origin) * inverse, (np.float32(high) - origin) * inverse
     return Span(np.minimum(a, b), np.maximum(a, b))
 
 
-def _quadric(a: Float32[np.ndarray, "..."], half_b: Float32[np.ndarray, "..."], c: Float32[np.ndarray, "..."]) -> Span:
+def _quadric(a: Float32[Array, "..."], half_b: Float32[Array, "..."], c: Float32[Array, "..."]) -> Span:
     """Return the span where a t^2 + 2 half_b t + c <= 0, for a > 0."""
     discriminant = half_b * half_b - a * c
     root = np.sqrt(np.maximum(discriminant, np.float32(0.0)))
@@ -49,20 +51,20 @@ class Cylinder:
         object.__setattr__(self, "half_extent", (self.radius, self.radius, self.height / 2))
         object.__setattr__(self, "centre", (self.x, self.y, self.height / 2))
 
-    def span(self, origin: Float32[np.ndarray, "3 ..."], direction: Float32[np.ndarray, "3 ..."]) -> Span:
+    def span(self, origin: Float32[Array, "3 ..."], direction: Float32[Array, "3 ..."]) -> Span:
         """Return where rays ``origin + t direction`` are inside; arrays are component first and broadcast."""
         ox, oy = origin[0] - np.float32(self.x), origin[1] - np.float32(self.y)
         dx, dy = direction[0], direction[1]
         side = _quadric(dx * dx + dy * dy, ox * dx + oy * dy, ox * ox + oy * oy - np.float32(self.radius**2))
         return side & _slab(origin[2], direction[2], 0.0, self.height)
 
-    def normal(self, points: Float32[np.ndarray, "3 n"]) -> Float32[np.ndarray, "3 n"]:
+    def normal(self, points: Float32[Array, "3 n"]) -> Float32[Array, "3 n"]:
         """Return outward unit normals at points on the surface."""
         radial = np.stack([points[0] - self.x, points[1] - self.y, np.zeros_like(points[0])]) / np.float32(self.radius)
         radial[:, points[2] > self.height - 1e-3] = np.array([[0.0], [0.0], [1.0]], np.float32)
         return radial
 
-    def clearance(self, xy: Float[np.ndarray, "2 ..."]) -> Float[np.ndarray, "..."]:
+    def clearance(self, xy: Float[Array, "2 ..."]) -> Float[Array, "..."]:
         """Return the horizontal distance in metres from points to the body's outline, negative inside."""
         return np.asarray(np.hypot(xy[0] - self.x, xy[1] - self.y) - self.radius)
 
@@ -83,7 +85,7 @@ class Ellipsoid:
         object.__setattr__(self, "half_extent", (self.radius, self.radius, self.half_height))
         object.__setattr__(self, "centre", (self.x, self.y, self.z))
 
-    def span(self, origin: Float32[np.ndarray, "3 ..."], direction: Float32[np.ndarray, "3 ..."]) -> Span:
+    def span(self, origin: Float32[Array, "3 ..."], direction: Float32[Array, "3 ..."]) -> Span:
         """Return where rays ``origin + t direction`` are inside; arrays are component first and broadcast."""
         flat, tall = np.float32(1 / self.radius), np.float32(1 / self.half_height)
         ox, oy = (origin[0] - np.float32(self.x)) * flat, (origin[1] - np.float32(self.y)) * flat
@@ -92,13 +94,13 @@ class Ellipsoid:
         c = ox * ox + oy * oy + oz * oz - np.float32(1.0)
         return _quadric(dx * dx + dy * dy + dz * dz, ox * dx + oy * dy + oz * dz, c)
 
-    def normal(self, points: Float32[np.ndarray, "3 n"]) -> Float32[np.ndarray, "3 n"]:
+    def normal(self, points: Float32[Array, "3 n"]) -> Float32[Array, "3 n"]:
         """Return outward unit normals at points on the surface."""
         scale = np.array([[self.radius], [self.radius], [self.half_height]], np.float32)
         gradient = (points - np.array([[self.x], [self.y], [self.z]], np.float32)) / (scale * scale)
         return np.asarray(gradient / np.maximum(np.sqrt((gradient * gradient).sum(axis=0)), np.float32(1e-9)))
 
-    def clearance(self, xy: Float[np.ndarray, "2 ..."]) -> Float[np.ndarray, "..."]:
+    def clearance(self, xy: Float[Array, "2 ..."]) -> Float[Array, "..."]:
         """Return the horizontal distance in metres from points to the widest outline, negative inside."""
         return np.asarray(np.hypot(xy[0] - self.x, xy[1] - self.y) - self.radius)
 
@@ -123,7 +125,7 @@ class Box:
         object.__setattr__(self, "half_extent", (across, along, self.height / 2))
         object.__setattr__(self, "centre", (self.x, self.y, self.height / 2))
 
-    def span(self, origin: Float32[np.ndarray, "3 ..."], direction: Float32[np.ndarray, "3 ..."]) -> Span:
+    def span(self, origin: Float32[Array, "3 ..."], direction: Float32[Array, "3 ..."]) -> Span:
         """Return where rays ``origin + t direction`` are inside; arrays are component first and broadcast."""
         cos, sin = np.float32(np.cos(self.yaw_rad)), np.float32(np.sin(self.yaw_rad))
         ox, oy = origin[0] - np.float32(self.x), origin[1] - np.float32(self.y)
@@ -132,7 +134,7 @@ class Box:
         width = _slab(cos * oy - sin * ox, cos * dy - sin * dx, -self.half_width, self.half_width)
         return length & width & _slab(origin[2], direction[2], 0.0, self.height)
 
-    def normal(self, points: Float32[np.ndarray, "3 n"]) -> Float32[np.ndarray, "3 n"]:
+    def normal(self, points: Float32[Array, "3 n"]) -> Float32[Array, "3 n"]:
         """Return outward unit normals at points on the surface."""
         cos, sin = np.float32(np.cos(self.yaw_rad)), np.float32(np.sin(self.yaw_rad))
         ox, oy = points[0] - np.float32(self.x), points[1] - np.float32(self.y)
@@ -145,7 +147,7 @@ class Box:
         v = np.where(face == 1, np.sign(across), 0.0).astype(np.float32)
         return np.stack([cos * u - sin * v, sin * u + cos * v, (face == 2).astype(np.float32)])
 
-    def clearance(self, xy: Float[np.ndarray, "2 ..."]) -> Float[np.ndarray, "..."]:
+    def clearance(self, xy: Float[Array, "2 ..."]) -> Float[Array, "..."]:
         """Return the horizontal distance in metres from points to the body's outline, negative inside."""
         cos, sin = np.cos(self.yaw_rad), np.sin(self.yaw_rad)
         ox, oy = xy[0] - self.x, xy[1] - self.y

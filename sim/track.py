@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
+from navtool.sim.arrays import Array
 from navtool.sim.driver import Driver, Mode
 from navtool.sim.errors import SimError
 from navtool.sim.ground import ROUGHNESS
@@ -31,24 +32,24 @@ class Failure:
 class Track:
     """The truth of a drive, one entry a step of 10 ms. World frame, SI units."""
 
-    time_s: Float[np.ndarray, "n"]
-    x_m: Float[np.ndarray, "n"]
-    y_m: Float[np.ndarray, "n"]
-    yaw_rad: Float[np.ndarray, "n"]
+    time_s: Float[Array, "n"]
+    x_m: Float[Array, "n"]
+    y_m: Float[Array, "n"]
+    yaw_rad: Float[Array, "n"]
     """Continuous: not wrapped."""
-    roll_rad: Float[np.ndarray, "n"]
-    pitch_rad: Float[np.ndarray, "n"]
-    speed_mps: Float[np.ndarray, "n"]
-    turn_radps: Float[np.ndarray, "n"]
-    command_mps: Float[np.ndarray, "n"]
-    command_radps: Float[np.ndarray, "n"]
-    contact: Bool[np.ndarray, "n"]
-    intervention: Bool[np.ndarray, "n"]
-    roughness: Float[np.ndarray, "n"]
+    roll_rad: Float[Array, "n"]
+    pitch_rad: Float[Array, "n"]
+    speed_mps: Float[Array, "n"]
+    turn_radps: Float[Array, "n"]
+    command_mps: Float[Array, "n"]
+    command_radps: Float[Array, "n"]
+    contact: Bool[Array, "n"]
+    intervention: Bool[Array, "n"]
+    roughness: Float[Array, "n"]
     """Of the terrain underneath; 1 is gravel."""
     failures: tuple[Failure, ...]
 
-    def pose(self, time_s: Float[np.ndarray, "m"]) -> Float[np.ndarray, "m 4 4"]:
+    def pose(self, time_s: Float[Array, "m"]) -> Float[Array, "m 4 4"]:
         """Return the footprint's pose in the world at times, linear between steps and constant beyond the ends."""
         at = [np.interp(time_s, self.time_s, values) for values in (self.x_m, self.y_m)]
         turned = [np.interp(time_s, self.time_s, v) for v in (self.roll_rad, self.pitch_rad, self.yaw_rad)]
@@ -120,14 +121,14 @@ def _start(robot: Robot, rng: np.random.Generator) -> RobotState:
     return RobotState(x_m=float(x), y_m=float(y), yaw_rad=float(rng.uniform(-np.pi, np.pi)))
 
 
-def _slow_noise(rng: np.random.Generator, steps: int) -> Float[np.ndarray, "n"]:
+def _slow_noise(rng: np.random.Generator, steps: int) -> Float[Array, "n"]:
     """Return noise of unit deviation that changes within about 0.15 s."""
     window = np.hanning(32)
     noise = np.convolve(rng.standard_normal(steps + window.size - 1), window, mode="valid")
-    return noise / np.sqrt((window**2).sum())
+    return np.asarray(noise / np.sqrt((window**2).sum()))
 
 
-def _failures(modes: list[tuple[Mode, bool]], speed: Float[np.ndarray, "n"]) -> tuple[Failure, ...]:
+def _failures(modes: list[tuple[Mode, bool]], speed: Float[Array, "n"]) -> tuple[Failure, ...]:
     """Return collisions, from contact until the robot backs off, and getting stuck, until the operator has freed it."""
     failures: list[Failure] = []
     start, reason = 0, ""
