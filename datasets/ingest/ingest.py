@@ -287,11 +287,8 @@ def _refuse_other_settings(store: Store, config: IngestConfig) -> None:
 
 
 def _refuse_other_contents(fixed: Contents, plan: EpisodePlan, *, allow_missing: bool) -> None:
-    missing = [
-        name for name in ("image", "lidar", "imu", "battery") if getattr(fixed, name) and not getattr(found, name)
-    ]
-    if fixed.joint_names and not found.joint_names:
-        missing.append("joints")
+    there, here = _streams_of(fixed), _streams_of(plan.found)
+    missing = [name for name in there if name not in here]
     if missing and not allow_missing:
         raise DatasetsError(
             f"lacks {', '.join(missing)}, which the data set has",
