@@ -1,6 +1,6 @@
 """What training needs of a data set; ``navtool.datasets.reader.NavDataset`` offers it, and so may any other store."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -64,6 +64,10 @@ class NavSource(Protocol):
     def episodes(self) -> Sequence[EpisodeView]:
         """All episodes in the order of their rows."""
 
+    @property
+    def features(self) -> Mapping[str, object]:
+        """The columns by name; a data set without cameras or clouds lacks theirs."""
+
     def __len__(self) -> int:
         """Number of rows."""
 
@@ -81,3 +85,10 @@ class NavSource(Protocol):
 
     def lineage(self) -> dict[str, object]:
         """What the data set was made from; plain values."""
+
+
+def column_or(source: NavSource, name: str, default: float) -> NDArray[np.generic]:
+    """A column of one value a row, (rows,); the default in each row where the data set lacks it."""
+    if name not in source.features:
+        return np.full(len(source), default)
+    return source.column(name).reshape(len(source))

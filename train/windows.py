@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from navtool.train.errors import TrainError
-from navtool.train.source import NavSource
+from navtool.train.source import NavSource, column_or
 
 
 class MissingModality(Enum):
@@ -182,7 +182,7 @@ def _drawable(source: NavSource, episode: int) -> bool:
 
 
 def _flags(source: NavSource, name: str) -> NDArray[np.bool_]:
-    return source.column(name).reshape(len(source)).astype(np.bool_)
+    return column_or(source, name, default=False).astype(np.bool_)
 
 
 def _check(source: NavSource, config: DataConfig) -> None:

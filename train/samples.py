@@ -1,0 +1,94 @@
+"""Samples of the network: sensors, velocity history and the trajectory drawn, made when they are asked for."""
+
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.utils.data import Dataset
+
+from navtool.datasets.schema import CLOUD_SIZE
+from navtool.train.frame_cache import FrameCache
+from navtool.train.painter import painter_of
+from navtool.train.source import NavSource, column_or
+from navtool.train.windows import DataConfig, Windows
+
+
+class Sample(NamedTuple):
+    """One row, or a batch of them with a leading axis B. The first six are the network's inputs in their order."""
+
+    image: Tensor
+    """RGB uint8 [3, h, w]; zeros where the row has no camera frame."""
+    points: Tensor
+    """LiDAR points in metres in base axes, float32 [P, 3], zeros behind ``point_count``."""
+    point_count: Tensor
+    """Number of points, int64 []."""
+    velocity: Tensor
+    """[v_mps, omega_radps] of the history, oldest first, float32 [H, 2]."""
+    trajectory: Tensor
+    """Swath of the row's velocity: uint8 [1, h, w], 255 on it."""
+    reliability: Tensor
+    """[r_img, r_point] in [0, 1], float32 [2]; 0 for a missing modality."""
+    target: Tensor
+    """E_t, float32 [T], 0 where not known."""
+    known: Tensor
+    """bool [T]."""
+    row: Tensor
+    """Row t of the data set, int64 []."""
+
+    def inputs(self) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
+        """What the network's forward takes."""
+        return self.image, self.points, self.point_count, self.velocity, self.trajectory, self.reliability
+
+
+class SampleDataset(Dataset[Sample]):
+    """The samples of planned windows. Reading one touches one camera frame and one cloud.
+
+    A sample depends on the data set and the configuration alone, not on the cache or on what was read before.
+    """
+
+    def __init__(
+        self, source: NavSource, windows: Windows, config: DataConfig, cache: FrameCache | None = None
+    ) -> None:
+        self.windows = windows
+        self._source = source
+        self._cache = cache
+        self._history_steps = config.history_steps
+        self._state = source.column("observation.state").astype(np.float32)
+        self._image_valid, self._cloud_valid, self._r_img, self._r_point, self._count = (
+            column_or(source, name, 0.0)
+            for name in (
+                "valid.image",
+                "valid.lidar",
+                "observation.reliability.image",
+                "observation.reliability.cloud",
+                "observation.lidar.count",
+            )
+        )
+        self._painters = {index: painter_of(source, index, config) for index in np.unique(windows.episode).tolist()}
+
+    def __len__(self) -> int:
+        """Number of samples."""
+        return len(self.windows)
+
+    def __getitem__(self, index: int) -> Sample:
+        """Sample ``index`` of the windows."""
+        row = int(self.windows.row[index])
+        painter = self._painters[int(self.windows.episode[index])]
+        seen, scanned = bool(self._image_valid[row]), bool(self._cloud_valid[row])
+        blank = torch.zeros((3, painter.camera.height, painter.camera.width), dtype=torch.uint8)
+        return Sample(
+            image=self._image(row) if seen else blank,
+            points=torch.from_numpy(self._source.points(row).copy()) if scanned else torch.zeros((CLOUD_SIZE, 3)),
+            point_count=torch.tensor(int(self._count[row]) if scanned else 0),
+            velocity=torch.from_numpy(self._state[self.windows.history(index, self._history_steps)]),
+            trajectory=torch.from_numpy(painter.draw(self._state[row]))[None],
+            reliability=torch.tensor([float(self._r_img[row]) * seen, float(self._r_point[row]) * scanned]),
+            target=torch.from_numpy(self.windows.target[index]),
+            known=torch.from_numpy(self.windows.known[index]),
+            row=torch.tensor(row),
+        )
+
+    def _image(self, row: int) -> Tensor:
+        held = self._cache.get(row) if self._cache is not None else None
+        return torch.from_numpy(self._source.image(row)).permute(2, 0, 1) if held is None else held
