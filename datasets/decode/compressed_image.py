@@ -4,11 +4,13 @@ from typing import Any
 
 import cv2
 import numpy as np
+from jaxtyping import Shaped, UInt8
 
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.image import demosaiced, refuse_depth
 from navtool.datasets.decode.messages import ImageFrame
 from navtool.datasets.errors import DatasetsError
+from navtool.pipeline.arrays import Array
 
 _JPEG = b"\xff\xd8\xff"
 _PNG = b"\x89PNG\r\n\x1a\n"
@@ -42,7 +44,7 @@ def decode_compressed_image(message: Any) -> ImageFrame:
     return _frame(message, _decompressed(data, cv2.IMREAD_COLOR if exchanged else cv2.IMREAD_COLOR_RGB), compression)
 
 
-def _frame(message: Any, rgb: np.ndarray, compression: str) -> ImageFrame:
+def _frame(message: Any, rgb: UInt8[Array, "h w 3"], compression: str) -> ImageFrame:
     return ImageFrame(**head_of(message)._asdict(), rgb=rgb, encoding=compression)
 
 
@@ -59,14 +61,14 @@ def _compression(data: bytes, form: str) -> str:
     raise DatasetsError(f"compressed data that is neither JPEG nor PNG; the message calls it {form!r}")
 
 
-def _bayer(data: bytes, encoding: str) -> np.ndarray:
+def _bayer(data: bytes, encoding: str) -> UInt8[Array, "h w 3"]:
     pixels = _decompressed(data, cv2.IMREAD_UNCHANGED)
     if pixels.ndim == 2:
         return demosaiced(pixels, encoding)
     return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), np.uint8)
 
 
-def _decompressed(data: bytes, mode: int) -> np.ndarray:
+def _decompressed(data: bytes, mode: int) -> Shaped[Array, "h w *channels"]:
     # The orientation noted in EXIF is for viewers; the calibration is for the sensor's rows and columns.
     flags = mode if mode == cv2.IMREAD_UNCHANGED else mode | cv2.IMREAD_IGNORE_ORIENTATION
     pixels = cv2.imdecode(np.frombuffer(data, np.uint8), flags)

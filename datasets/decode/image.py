@@ -5,13 +5,14 @@ from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Shaped, UInt8
 
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import ImageFrame
 from navtool.datasets.errors import DatasetsError
+from navtool.pipeline.arrays import Array
 
-type Pixels = UInt8[np.ndarray, "h w *channels"]
+type Pixels = UInt8[Array, "h w *channels"]
 
 
 class _Layout(NamedTuple):
@@ -91,7 +92,7 @@ def refuse_depth(encoding: str) -> None:
         )
 
 
-def demosaiced(mosaic: UInt8[np.ndarray, "h w"], encoding: str) -> Pixels:
+def demosaiced(mosaic: UInt8[Array, "h w"], encoding: str) -> Pixels:
     """The RGB image of a Bayer mosaic; the encoding is one of ``bayer_*8``.
 
     Raises:
@@ -103,7 +104,7 @@ def demosaiced(mosaic: UInt8[np.ndarray, "h w"], encoding: str) -> Pixels:
     return to_rgb(mosaic)
 
 
-def _samples(message: Any, layout: _Layout) -> np.ndarray:
+def _samples(message: Any, layout: _Layout) -> Shaped[Array, "h w *channels"]:
     """The samples as an (h, w) or (h, w, channels) view of the message, without the padding of its rows."""
     width, height, step = int(message.width), int(message.height), int(message.step)
     row_bytes = width * layout.channels * layout.sample_bytes

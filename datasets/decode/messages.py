@@ -7,9 +7,9 @@ Units are SI and axes as recorded (REP-103); quaternions are xyzw. Large arrays 
 
 from dataclasses import dataclass
 
-import numpy as np
 from jaxtyping import Float32, Float64, UInt8, UInt16
 
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 
 
@@ -19,7 +19,7 @@ class ImageFrame:
 
     stamp_ns: int | None
     frame_id: str
-    rgb: UInt8[np.ndarray, "h w 3"]
+    rgb: UInt8[Array, "h w 3"]
     encoding: str
     """The encoding as recorded, such as ``bayer_rggb8``, or the compression, such as ``jpeg``."""
 
@@ -30,13 +30,13 @@ class PointCloud:
 
     stamp_ns: int | None
     frame_id: str
-    xyz: Float32[np.ndarray, "n 3"]
+    xyz: Float32[Array, "n 3"]
     """Metres; every coordinate is finite. A missing return that was recorded as zeros is still there."""
-    intensity: Float32[np.ndarray, " n"] | None
+    intensity: Float32[Array, " n"] | None
     """As recorded, in the sensor's own scale; None where the cloud has no such field."""
-    ring: UInt16[np.ndarray, " n"] | None
+    ring: UInt16[Array, " n"] | None
     """Index of the laser; None where the cloud has no such field."""
-    time_s: Float32[np.ndarray, " n"] | None
+    time_s: Float32[Array, " n"] | None
     """Seconds relative to the header stamp, negative where the header marks the end of the sweep."""
     dropped_nonfinite: int
     """Points left out because a coordinate was NaN or infinite."""
@@ -49,10 +49,10 @@ class OdometrySample:
     stamp_ns: int | None
     frame_id: str
     child_frame_id: str
-    position: Float64[np.ndarray, " 3"]
-    orientation: Float64[np.ndarray, " 4"]
-    linear: Float64[np.ndarray, " 3"]
-    angular: Float64[np.ndarray, " 3"]
+    position: Float64[Array, " 3"]
+    orientation: Float64[Array, " 4"]
+    linear: Float64[Array, " 3"]
+    angular: Float64[Array, " 3"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,8 +61,8 @@ class PoseSample:
 
     stamp_ns: int | None
     frame_id: str
-    position: Float64[np.ndarray, " 3"]
-    orientation: Float64[np.ndarray, " 4"]
+    position: Float64[Array, " 3"]
+    orientation: Float64[Array, " 4"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,9 +71,9 @@ class ImuSample:
 
     stamp_ns: int | None
     frame_id: str
-    angular_velocity: Float64[np.ndarray, " 3"]
-    linear_acceleration: Float64[np.ndarray, " 3"]
-    orientation: Float64[np.ndarray, " 4"] | None
+    angular_velocity: Float64[Array, " 3"]
+    linear_acceleration: Float64[Array, " 3"]
+    orientation: Float64[Array, " 4"] | None
     """None where the driver declares that it estimates none (first covariance -1)."""
 
 
@@ -85,9 +85,9 @@ class JointSample:
     frame_id: str
     names: tuple[str, ...]
     """Empty strings for values that the message did not name."""
-    position: Float64[np.ndarray, " n"]
-    velocity: Float64[np.ndarray, " n"]
-    effort: Float64[np.ndarray, " n"]
+    position: Float64[Array, " n"]
+    velocity: Float64[Array, " n"]
+    effort: Float64[Array, " n"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,8 +109,8 @@ class TwistSample:
 
     stamp_ns: int | None
     frame_id: str
-    linear: Float64[np.ndarray, " 3"]
-    angular: Float64[np.ndarray, " 3"]
+    linear: Float64[Array, " 3"]
+    angular: Float64[Array, " 3"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,8 +119,8 @@ class LaserScanSample:
 
     stamp_ns: int | None
     frame_id: str
-    ranges: Float32[np.ndarray, " n"]
-    intensities: Float32[np.ndarray, " m"]
+    ranges: Float32[Array, " n"]
+    intensities: Float32[Array, " m"]
     angle_min_rad: float
     angle_max_rad: float
     angle_increment_rad: float
@@ -137,9 +137,9 @@ class CameraInfoSample:
     stamp_ns: int | None
     frame_id: str
     camera: CameraModel
-    rectification: Float64[np.ndarray, "3 3"]
+    rectification: Float64[Array, "3 3"]
     """R: rotation from the camera's frame to the rectified one."""
-    projection: Float64[np.ndarray, "3 4"]
+    projection: Float64[Array, "3 4"]
     """P: projection of the rectified image."""
 
 
@@ -150,7 +150,7 @@ class Transform:
     parent: str
     child: str
     stamp_ns: int
-    matrix: Float64[np.ndarray, "4 4"]
+    matrix: Float64[Array, "4 4"]
 
 
 @dataclass(frozen=True, kw_only=True)

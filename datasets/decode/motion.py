@@ -7,6 +7,7 @@ from jaxtyping import Float64
 
 from navtool.datasets.decode.header import NO_HEAD, Head, head_of
 from navtool.datasets.decode.messages import ImuSample, NavSatSample, OdometrySample, PoseSample, TwistSample
+from navtool.pipeline.arrays import Array
 
 
 def decode_odometry(message: Any) -> OdometrySample:
@@ -77,9 +78,9 @@ def _pose(head: Head, pose: Any) -> PoseSample:
     return PoseSample(**head._asdict(), position=_vector(pose.position), orientation=_quaternion(pose.orientation))
 
 
-def _vector(value: Any) -> Float64[np.ndarray, " 3"]:
+def _vector(value: Any) -> Float64[Array, " 3"]:
     return np.array([value.x, value.y, value.z], np.float64)
 
 
-def _quaternion(value: Any) -> Float64[np.ndarray, " 4"]:
+def _quaternion(value: Any) -> Float64[Array, " 4"]:
     return np.array([value.x, value.y, value.z, value.w], np.float64)

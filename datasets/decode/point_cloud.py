@@ -9,6 +9,7 @@ from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.decode.point_time import seconds_from_header
 from navtool.datasets.errors import DatasetsError
+from navtool.pipeline.arrays import Array
 
 _INTENSITY = ("intensity", "intensities", "i", "reflectivity")
 _RING = ("ring", "line", "channel")
@@ -74,7 +75,7 @@ def _fields(message: Any) -> _Fields:
     return _Fields(xyz, *(next((names[x] for x in known if x in names), None) for known in (_INTENSITY, _RING, _TIME)))
 
 
-def _points(message: Any, used: set[str]) -> Shaped[np.ndarray, "h w"]:
+def _points(message: Any, used: set[str]) -> Shaped[Array, "h w"]:
     """A structured view of the message's bytes with the used fields only."""
     width, height, step, row_step = (
         int(x) for x in (message.width, message.height, message.point_step, message.row_step)
@@ -114,7 +115,7 @@ def _dtype(message: Any, used: set[str], order: str) -> np.dtype[np.void]:
     return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": int(message.point_step)})
 
 
-def _ring(ring: Shaped[np.ndarray, " n"]) -> UInt16[np.ndarray, " n"] | None:
+def _ring(ring: Shaped[Array, " n"]) -> UInt16[Array, " n"] | None:
     """The laser of each point; None where the values cannot be such numbers."""
     if ring.dtype.kind == "u" and ring.dtype.itemsize <= 2:
         return ring.astype(np.uint16)

@@ -3,12 +3,14 @@
 import numpy as np
 from jaxtyping import Float32, Shaped
 
+from navtool.pipeline.arrays import Array
+
 _ABSOLUTE_S = 1e9
 _ABSOLUTE_NS = 1e15
 _SAME_CLOCK_S = 10.0
 
 
-def seconds_from_header(time: Shaped[np.ndarray, " n"], stamp_ns: int) -> Float32[np.ndarray, " n"]:
+def seconds_from_header(time: Shaped[Array, " n"], stamp_ns: int) -> Float32[Array, " n"]:
     """Seconds after the header's stamp, negative before it.
 
     Drivers differ, and the field's type tells them apart: integers are nanoseconds from the header (Ouster, Autoware);

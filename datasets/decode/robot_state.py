@@ -7,6 +7,7 @@ from jaxtyping import Float64
 
 from navtool.datasets.decode.header import NO_HEAD, head_of
 from navtool.datasets.decode.messages import BatterySample, BoolSample, FloatSample, JointSample, StringSample
+from navtool.pipeline.arrays import Array
 
 
 def decode_joint_state(message: Any) -> JointSample:
@@ -47,7 +48,7 @@ def decode_string(message: Any) -> StringSample:
     return StringSample(**NO_HEAD._asdict(), value=str(message.data))
 
 
-def _filled(values: Any, joints: int) -> Float64[np.ndarray, " n"]:
+def _filled(values: Any, joints: int) -> Float64[Array, " n"]:
     filled = np.full(joints, np.nan)
     filled[: len(values)] = values
     return filled

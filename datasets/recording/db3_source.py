@@ -103,13 +103,15 @@ class Db3Source:
 
     def _rows(self, topic_ids: tuple[int, ...]) -> Iterator[tuple[int, int, bytes]]:
         marks = ", ".join("?" * len(topic_ids))
-        if self._indexed:
-            query = (
-                f"SELECT topic_id, timestamp, data FROM messages WHERE +topic_id IN ({marks}) ORDER BY timestamp, rowid"  # noqa: S608 - only question marks
-            )
-            yield from self._database.execute(query, topic_ids)
-            return
+        if not self._indexed:
+            return self._rows_in_order(topic_ids, marks)
+        # The plus keeps SQLite on the index of times, which it walks without sorting.
+        query = f"SELECT topic_id, timestamp, data FROM messages WHERE +topic_id IN ({marks}) ORDER BY timestamp, rowid"  # noqa: S608 - only question marks
+        return self._database.execute(query, topic_ids)
+
+    def _rows_in_order(self, topic_ids: tuple[int, ...], marks: str) -> Iterator[tuple[int, int, bytes]]:
         # Without an index SQLite would sort the messages themselves; their row numbers are enough.
         query = f"SELECT timestamp, rowid FROM messages WHERE topic_id IN ({marks}) ORDER BY timestamp, rowid"  # noqa: S608 - only question marks
-        for _, row in self._database.execute(query, topic_ids):
-            yield from self._database.execute("SELECT topic_id, timestamp, data FROM messages WHERE rowid = ?", (row,))
+        for _, key in self._database.execute(query, topic_ids):
+            by_key = "SELECT topic_id, timestamp, data FROM messages WHERE rowid = ?"
+            yield self._database.execute(by_key, (key,)).fetchone()

@@ -5,7 +5,6 @@ from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import Self
 
 from navtool.datasets.decode.messages import Decoded
 from navtool.datasets.decode.table import DECODERS
@@ -62,7 +61,7 @@ class Recording:
         self.start_ns = min((first for first, _ in spans), default=0)
         self.end_ns = max((last for _, last in spans), default=0)
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "Recording":
         return self
 
     def __exit__(
@@ -84,8 +83,7 @@ class Recording:
         Raises:
             DatasetsError: The recording has no topic of such a name; while iterating: it is damaged.
         """
-        if not self._open:
-            raise DatasetsError("the recording is closed", where=self.path, cure="read it inside the with block")
+        self._check_open()
         known = {topic.name for topic in self.topics}
         if missing := sorted(set(topics) - known):
             raise DatasetsError(
@@ -95,7 +93,7 @@ class Recording:
             )
         wanted = frozenset(topics)
         streams = [_from(x.span_ns[0], x.messages(wanted)) for x in self._sources if x.span_ns is not None]
-        return (raw for _, raw in heapq.merge(*streams, key=lambda item: item[0]) if raw is not None)
+        return self._merged(streams)
 
     def header_stamp_ns(self, raw: RawMessage) -> int | None:
         """The header's stamp, read from the bytes; 0 where it was left unset, None where the type has no header.
@@ -134,6 +132,16 @@ class Recording:
             raise self._fault(raw, error.what, error.cure) from error
         except Exception as error:
             raise self._fault(raw, f"the message cannot be decoded: {describe(error)}") from error
+
+    def _merged(self, streams: list[Iterator[tuple[int, RawMessage | None]]]) -> Iterator[RawMessage]:
+        for _, raw in heapq.merge(*streams, key=lambda item: item[0]):
+            self._check_open()
+            if raw is not None:
+                yield raw
+
+    def _check_open(self) -> None:
+        if not self._open:
+            raise DatasetsError("the recording is closed", where=self.path, cure="read it inside the with block")
 
     def _type_of(self, raw: RawMessage) -> MessageType:
         key = (raw.topic, raw.type)

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from navtool.datasets.recording.raw import RawMessage
 
@@ -28,6 +28,7 @@ class Channel:
     count: int
 
 
+@runtime_checkable
 class Source(Protocol):
     """One opened file."""
 

@@ -1,0 +1,179 @@
+"""A factory of tiny recordings in every container, written by the formats' own writers."""
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import mcap.writer
+import numpy as np
+import pytest
+from rosbags import rosbag1, rosbag2
+from rosbags.interfaces import Nodetype
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.store import Typestore
+
+type Fields = Mapping[str, Any]
+type Entry = tuple[str, str, int, Fields]
+"""Topic, type, record time in nanoseconds, fields; what the fields leave out is zero, empty or false."""
+
+_ROS1 = {
+    "ros1": None,
+    "ros1_bz2": rosbag1.Writer.CompressionFormat.BZ2,
+    "ros1_lz4": rosbag1.Writer.CompressionFormat.LZ4,
+}
+_ROS2 = {
+    "db3": (StoragePlugin.SQLITE3, CompressionMode.NONE),
+    "db3_message": (StoragePlugin.SQLITE3, CompressionMode.MESSAGE),
+    "db3_file": (StoragePlugin.SQLITE3, CompressionMode.FILE),
+    "mcap": (StoragePlugin.MCAP, CompressionMode.NONE),
+    "mcap_zstd": (StoragePlugin.MCAP, CompressionMode.STORAGE),
+    "mcap_message": (StoragePlugin.MCAP, CompressionMode.MESSAGE),
+    "mcap_file": (StoragePlugin.MCAP, CompressionMode.FILE),
+}
+_MCAP = {
+    "mcap_lz4": {"compression": mcap.writer.CompressionType.LZ4, "chunk_size": 200},
+    "mcap_small_chunks": {"compression": mcap.writer.CompressionType.ZSTD, "chunk_size": 200},
+    "mcap_unchunked": {"use_chunking": False},
+    "mcap_no_summary": {
+        "index_types": mcap.writer.IndexType.NONE,
+        "repeat_channels": False,
+        "repeat_schemas": False,
+        "use_statistics": False,
+        "use_summary_offsets": False,
+    },
+    "mcap_ros1": {"compression": mcap.writer.CompressionType.NONE},
+}
+CONTAINERS = (*_ROS1, *_ROS2, *_MCAP)
+
+
+@pytest.fixture(params=CONTAINERS)
+def container(request: pytest.FixtureRequest) -> str:
+    """Each storage format with each of its compressions and layouts in turn."""
+    return str(request.param)
+
+
+@pytest.fixture
+def containers() -> tuple[str, ...]:
+    return CONTAINERS
+
+
+@pytest.fixture
+def write_recording(tmp_path: Path) -> Callable[..., Path]:
+    """``write_recording(container, entries, name="bag") -> Path`` of what to open; writes in the order given."""
+
+    def write(container: str, entries: Iterable[Entry], name: str = "bag") -> Path:
+        path = tmp_path / name
+        if container in _ROS1:
+            return _write_ros1(path.with_name(f"{name}.bag"), container, entries)
+        if container in _ROS2:
+            return _write_ros2(path, container, entries)
+        return _write_mcap(path.with_name(f"{name}.mcap"), container, entries)
+
+    return write
+
+
+@pytest.fixture
+def ros_message() -> Callable[..., Any]:
+    """``ros_message(type, fields, ros1=False)``: the message as an object, as a reader would hand it out."""
+
+    def message(kind: str, fields: Fields, *, ros1: bool = False) -> Any:
+        store = _store(ros1=ros1)
+        if ros1:
+            return store.deserialize_ros1(store.serialize_ros1(_build(store, kind, fields), kind), kind)
+        return store.deserialize_cdr(store.serialize_cdr(_build(store, kind, fields), kind), kind)
+
+    return message
+
+
+@pytest.fixture
+def cdr() -> Callable[..., bytes]:
+    """``cdr(type, fields, little_endian=True)``: the message serialised for ROS 2."""
+
+    def serialise(kind: str, fields: Fields, *, little_endian: bool = True) -> bytes:
+        store = _store(ros1=False)
+        return bytes(store.serialize_cdr(_build(store, kind, fields), kind, little_endian=little_endian))
+
+    return serialise
+
+
+@cache
+def _store(*, ros1: bool) -> Typestore:
+    return get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+
+
+def _write_ros1(path: Path, container: str, entries: Iterable[Entry]) -> Path:
+    store = _store(ros1=True)
+    writer = rosbag1.Writer(path)
+    compression = _ROS1[container]
+    if compression is not None:
+        writer.set_compression(compression)
+    with writer:
+        connections: dict[tuple[str, str], Any] = {}
+        for topic, kind, record_ns, fields in entries:
+            if (topic, kind) not in connections:
+                connections[topic, kind] = writer.add_connection(topic, kind, typestore=store)
+            data = store.serialize_ros1(_build(store, kind, fields), kind)
+            writer.write(connections[topic, kind], record_ns, bytes(data))
+    return path
+
+
+def _write_ros2(path: Path, container: str, entries: Iterable[Entry]) -> Path:
+    store = _store(ros1=False)
+    plugin, mode = _ROS2[container]
+    writer = rosbag2.Writer(path, version=9, storage_plugin=plugin)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        connections: dict[tuple[str, str], Any] = {}
+        for topic, kind, record_ns, fields in entries:
+            if (topic, kind) not in connections:
+                connections[topic, kind] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(connections[topic, kind], record_ns, store.serialize_cdr(_build(store, kind, fields), kind))
+    return path
+
+
+def _write_mcap(path: Path, container: str, entries: Iterable[Entry]) -> Path:
+    ros1 = container == "mcap_ros1"
+    store = _store(ros1=ros1)
+    options: dict[str, Any] = dict(_MCAP[container])
+    with path.open("wb") as stream:
+        writer = mcap.writer.Writer(stream, **options)
+        writer.start(profile="ros1" if ros1 else "ros2")
+        channels: dict[tuple[str, str], int] = {}
+        for topic, kind, record_ns, fields in entries:
+            if (topic, kind) not in channels:
+                text, _ = store.generate_msgdef(kind, ros_version=1 if ros1 else 2)
+                name = kind.replace("/msg/", "/") if ros1 else kind
+                schema = writer.register_schema(name, "ros1msg" if ros1 else "ros2msg", text.encode())
+                channels[topic, kind] = writer.register_channel(topic, "ros1" if ros1 else "cdr", schema)
+            serialise = store.serialize_ros1 if ros1 else store.serialize_cdr
+            data = bytes(serialise(_build(store, kind, fields), kind))
+            writer.add_message(channels[topic, kind], record_ns, data, record_ns)
+        writer.finish()
+    return path
+
+
+def _build(store: Typestore, kind: str, fields: Fields) -> Any:
+    """The message of a type; its parts are given as mappings, and what is not given is zero, empty or false."""
+    values = {}
+    for name, (node, description) in store.fielddefs[kind][1]:
+        # ROS 1 writes the matrices of CameraInfo in upper case.
+        given = fields.get(name, fields.get(name.lower()))
+        values[name] = _value(store, node, description, given)
+    return store.types[kind](**values)
+
+
+def _value(store: Typestore, node: int, description: Any, given: Any) -> Any:
+    if node == Nodetype.NAME:
+        return _build(store, description, given or {})
+    if node == Nodetype.BASE:
+        zero: Any = {"string": "", "bool": False}.get(description[0], 0)
+        return zero if given is None else given
+    (inner, inner_description), length = description
+    if inner == Nodetype.NAME:
+        return [_build(store, inner_description, x) for x in given or []]
+    if inner_description[0] == "string":
+        return list(given or [])
+    size = length if node == Nodetype.ARRAY else 0
+    return np.zeros(size, inner_description[0]) if given is None else np.asarray(given, inner_description[0])

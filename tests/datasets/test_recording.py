@@ -1,0 +1,360 @@
+"""Every container gives back what was written into it: topics, order, bytes, stamps."""
+
+import shutil
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from navtool.datasets.decode.messages import ImuSample, StringSample, TwistSample
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.recording import RawMessage, RecordingFormat, open_recording
+
+IMU = "sensor_msgs/msg/Imu"
+TWIST = "geometry_msgs/msg/Twist"
+STRING = "std_msgs/msg/String"
+EPOCH_NS = 1_700_000_000_000_000_000
+type Write = Callable[..., Path]
+
+
+def stamped(stamp_ns: int, frame: str = "base") -> dict[str, Any]:
+    return {"header": {"stamp": {"sec": stamp_ns // 10**9, "nanosec": stamp_ns % 10**9}, "frame_id": frame}}
+
+
+def imu_entries(count: int, start_ns: int = EPOCH_NS) -> list[tuple[str, str, int, dict[str, Any]]]:
+    """Stamps lie 3 ms before the record times; the angular velocity counts."""
+    return [
+        (
+            "/imu",
+            IMU,
+            start_ns + k * 10**7,
+            {**stamped(start_ns + k * 10**7 - 3 * 10**6), "angular_velocity": {"x": float(k)}},
+        )
+        for k in range(count)
+    ]
+
+
+def twist_entries(count: int) -> list[tuple[str, str, int, dict[str, Any]]]:
+    return [("/cmd_vel", TWIST, EPOCH_NS + 5 * 10**6 + k * 10**8, {"linear": {"x": k / 4}}) for k in range(count)]
+
+
+def mixed_entries() -> list[tuple[str, str, int, dict[str, Any]]]:
+    return sorted([*imu_entries(30), *twist_entries(3)], key=lambda entry: entry[2])
+
+
+def all_messages(path: Path) -> list[RawMessage]:
+    with open_recording(path) as recording:
+        return list(recording.messages({topic.name for topic in recording.topics}))
+
+
+def test_a_recording_describes_itself(container: str, write_recording: Write) -> None:
+    path = write_recording(container, mixed_entries())
+    with open_recording(path) as recording:
+        assert recording.path == path
+        assert recording.format.value == {"ro": "ros1", "db": "ros2_db3", "mc": "mcap"}[container[:2]]
+        assert [(x.name, x.type, x.count) for x in recording.topics] == [("/cmd_vel", TWIST, 3), ("/imu", IMU, 30)]
+        assert recording.message_count == 33
+        assert (recording.start_ns, recording.end_ns) == (EPOCH_NS, EPOCH_NS + 29 * 10**7)
+
+
+def test_messages_come_in_the_order_of_record_times_with_their_contents(container: str, write_recording: Write) -> None:
+    path = write_recording(container, mixed_entries())
+    with open_recording(path) as recording:
+        raws = list(recording.messages(["/imu", "/cmd_vel"]))
+        assert [(x.topic, x.type, x.record_ns) for x in raws] == [entry[:3] for entry in mixed_entries()]
+        for raw, (_, kind, record_ns, fields) in zip(raws, mixed_entries(), strict=True):
+            sample = recording.decode(raw)
+            if kind == IMU:
+                assert isinstance(sample, ImuSample)
+                assert sample.angular_velocity[0] == fields["angular_velocity"]["x"]
+                assert sample.frame_id == "base"
+                assert recording.header_stamp_ns(raw) == sample.stamp_ns == record_ns - 3 * 10**6
+            else:
+                assert isinstance(sample, TwistSample)
+                assert sample.linear[0] == fields["linear"]["x"]
+                assert recording.header_stamp_ns(raw) is sample.stamp_ns is None
+
+
+def test_only_the_topics_asked_for_are_read(container: str, write_recording: Write) -> None:
+    path = write_recording(container, mixed_entries())
+    with open_recording(path) as recording:
+        assert {x.topic for x in recording.messages(["/cmd_vel"])} == {"/cmd_vel"}
+        assert list(recording.messages([])) == []
+        with pytest.raises(DatasetsError, match=r"no topic /nope(.|\n)*/cmd_vel, /imu"):
+            recording.messages(["/imu", "/nope"])
+
+
+def test_two_readings_at_once_do_not_disturb_each_other(container: str, write_recording: Write) -> None:
+    path = write_recording(container, mixed_entries())
+    with open_recording(path) as recording:
+        once = [raw.data for raw in recording.messages(["/imu"])]
+        first, second = recording.messages(["/imu"]), recording.messages(["/imu"])
+        pairs = [(next(first).data, next(second).data) for _ in range(30)]
+        assert pairs == [(data, data) for data in once]
+
+
+def test_late_writes_are_sorted_by_record_time(containers: tuple[str, ...], write_recording: Write) -> None:
+    entries = mixed_entries()
+    shuffled = [entries[(k * 7) % len(entries)] for k in range(len(entries))]
+    for container in containers:
+        path = write_recording(container, shuffled, name=container)
+        if container in ("mcap_unchunked", "mcap_no_summary"):
+            with pytest.raises(DatasetsError, match="mcap sort"):
+                all_messages(path)
+        else:
+            assert [x.record_ns for x in all_messages(path)] == [entry[2] for entry in entries], container
+
+
+def test_an_empty_recording_is_no_fault(container: str, write_recording: Write) -> None:
+    with open_recording(write_recording(container, [])) as recording:
+        assert (recording.message_count, recording.start_ns, recording.end_ns, recording.topics) == (0, 0, 0, ())
+        assert list(recording.messages([])) == []
+
+
+def test_a_header_stamp_of_zero_is_zero_and_not_none(container: str, write_recording: Write) -> None:
+    with open_recording(write_recording(container, [("/imu", IMU, EPOCH_NS, {})])) as recording:
+        (raw,) = recording.messages(["/imu"])
+        assert recording.header_stamp_ns(raw) == 0
+
+
+def test_the_byte_order_of_the_encapsulation_counts(write_recording: Write, cdr: Callable[..., bytes]) -> None:
+    fields = {**stamped(EPOCH_NS + 123), "angular_velocity": {"z": 0.5}}
+    with open_recording(write_recording("mcap", imu_entries(1))) as recording:
+        for little_endian in (True, False):
+            raw = RawMessage("/imu", IMU, EPOCH_NS, cdr(IMU, fields, little_endian=little_endian))
+            assert recording.header_stamp_ns(raw) == EPOCH_NS + 123
+            sample = recording.decode(raw)
+            assert isinstance(sample, ImuSample)
+            assert sample.angular_velocity.tolist() == [0.0, 0.0, 0.5]
+
+
+def test_a_recording_is_closed_after_its_context(container: str, write_recording: Write) -> None:
+    path = write_recording(container, mixed_entries())
+    with open_recording(path) as recording:
+        begun = recording.messages(["/imu"])
+    with pytest.raises(DatasetsError, match="closed"):
+        recording.messages(["/imu"])
+    with pytest.raises(DatasetsError):
+        next(begun)
+
+
+def test_types_without_a_decoder_are_listed_and_hinder_nothing(container: str, write_recording: Write) -> None:
+    odd = ("/odd", "sensor_msgs/msg/RelativeHumidity", EPOCH_NS, stamped(EPOCH_NS - 1))
+    with open_recording(write_recording(container, [odd, *imu_entries(1)])) as recording:
+        assert [topic.name for topic in recording.topics] == ["/imu", "/odd"]
+        imu, other = sorted(recording.messages(["/odd", "/imu"]))
+        assert isinstance(recording.decode(imu), ImuSample)
+        assert recording.header_stamp_ns(other) == EPOCH_NS - 1
+        with pytest.raises(
+            DatasetsError, match=rf"/odd \(sensor_msgs/msg/RelativeHumidity\) at {EPOCH_NS} ns: there is"
+        ):
+            recording.decode(other)
+
+
+def test_a_folder_is_read_like_its_file(write_recording: Write) -> None:
+    for container, suffix in (("db3", "db3"), ("mcap", "mcap"), ("mcap_message", "mcap"), ("db3_file", "db3.zstd")):
+        folder = write_recording(container, mixed_entries(), name=container)
+        assert all_messages(folder / f"{container}.{suffix}") == all_messages(folder)
+
+
+def test_a_killed_recorders_folder_has_no_description_and_is_read_all_the_same(write_recording: Write) -> None:
+    folder = write_recording("db3", mixed_entries())
+    expected = all_messages(folder)
+    (folder / "metadata.yaml").unlink()
+    assert all_messages(folder) == expected
+
+
+def split_recording(folder: Path, parts: list[Path], metadata: bool) -> Path:
+    """A folder of the parts, numbered as rosbag2 does."""
+    folder.mkdir()
+    names = [f"run_{k}{part.suffix}" for k, part in enumerate(parts)]
+    for name, part in zip(names, parts, strict=True):
+        shutil.copy(part, folder / name)
+    if metadata:
+        # Old recorders wrote the folder's name before the file's.
+        content = {"rosbag2_bagfile_information": {"relative_file_paths": [f"run/{name}" for name in names]}}
+        (folder / "metadata.yaml").write_text(yaml.safe_dump(content))
+    return folder
+
+
+@pytest.mark.parametrize("metadata", [True, False])
+@pytest.mark.parametrize(("container", "count"), [("db3", 2), ("mcap", 12)])
+def test_the_parts_of_a_split_recording_are_one(
+    container: str, count: int, metadata: bool, write_recording: Write, tmp_path: Path
+) -> None:
+    entries = [entry for k in range(count) for entry in imu_entries(2, EPOCH_NS + k * 10**9)]
+    parts = [
+        write_recording(container, entries[2 * k : 2 * k + 2], name=f"p{k}") / f"p{k}.{container}" for k in range(count)
+    ]
+    folder = split_recording(tmp_path / "run", parts, metadata)
+    with open_recording(folder) as recording:
+        assert recording.message_count == 2 * count
+        assert (recording.start_ns, recording.end_ns) == (entries[0][2], entries[-1][2])
+        assert [x.record_ns for x in recording.messages(["/imu"])] == [entry[2] for entry in entries]
+
+
+def test_parts_that_overlap_are_merged_by_record_time(write_recording: Write, tmp_path: Path) -> None:
+    entries = imu_entries(20)
+    parts = [write_recording("mcap", entries[k::2], name=f"p{k}") / f"p{k}.mcap" for k in range(2)]
+    with open_recording(split_recording(tmp_path / "run", parts, metadata=True)) as recording:
+        assert [x.record_ns for x in recording.messages(["/imu"])] == [entry[2] for entry in entries]
+
+
+def test_a_part_is_not_read_before_its_time(write_recording: Write, tmp_path: Path) -> None:
+    parts = [
+        write_recording("mcap", imu_entries(2, EPOCH_NS + k * 10**9), name=f"p{k}") / f"p{k}.mcap" for k in range(2)
+    ]
+    folder = split_recording(tmp_path / "run", parts, metadata=True)
+    with open_recording(folder) as recording:
+        stream = recording.messages(["/imu"])
+        (folder / "run_1.mcap").write_bytes(b"")
+        assert [next(stream).record_ns for _ in range(2)] == [EPOCH_NS, EPOCH_NS + 10**7]
+        with pytest.raises(DatasetsError, match=r"run_1\.mcap"):
+            next(stream)
+
+
+def listing(folder: Path) -> list[tuple[str, int, int]]:
+    return sorted((str(x), x.stat().st_size, x.stat().st_mtime_ns) for x in folder.rglob("*"))
+
+
+def test_a_database_in_write_ahead_mode_is_read_without_leaving_files(write_recording: Write) -> None:
+    folder = write_recording("db3", mixed_entries())
+    file = folder / "bag.db3"
+    with sqlite3.connect(file) as database:
+        assert database.execute("PRAGMA journal_mode=WAL").fetchone() == ("wal",)
+    database.close()
+    before = listing(folder)
+    assert len(all_messages(folder)) == 33
+    assert listing(folder) == before
+
+
+def test_what_a_killed_recorder_left_in_the_write_ahead_log_is_read(write_recording: Write, tmp_path: Path) -> None:
+    file = write_recording("db3", imu_entries(3)) / "bag.db3"
+    database = sqlite3.connect(file)
+    database.execute("PRAGMA journal_mode=WAL")
+    late = "INSERT INTO messages (topic_id, timestamp, data) SELECT topic_id, ?, data FROM messages"
+    database.execute(late, (EPOCH_NS * 2,))
+    database.commit()
+    killed = tmp_path / "killed"
+    killed.mkdir()
+    for name in ("bag.db3", "bag.db3-wal"):
+        shutil.copy(file.with_name(name), killed / name)
+    database.close()
+    before = listing(killed)
+    assert [x.record_ns for x in all_messages(killed / "bag.db3")] == [
+        *(entry[2] for entry in imu_entries(3)),
+        *[EPOCH_NS * 2] * 3,
+    ]
+    assert listing(killed) == before
+
+
+def test_the_first_schema_of_db3_has_no_definitions_and_no_index(write_recording: Write) -> None:
+    folder = write_recording("db3", list(reversed(mixed_entries())))
+    database = sqlite3.connect(folder / "bag.db3")
+    for statement in (
+        "DROP TABLE schema",
+        "DROP TABLE metadata",
+        "DROP TABLE message_definitions",
+        "DROP INDEX timestamp_idx",
+        "ALTER TABLE topics DROP COLUMN offered_qos_profiles",
+        "ALTER TABLE topics DROP COLUMN type_description_hash",
+    ):
+        database.execute(statement)
+    database.commit()
+    database.close()
+    with open_recording(folder) as recording:
+        raws = list(recording.messages(["/imu", "/cmd_vel"]))
+        assert [x.record_ns for x in raws] == [entry[2] for entry in mixed_entries()]
+        assert isinstance(recording.decode(raws[0]), ImuSample)
+        assert recording.header_stamp_ns(raws[0]) == EPOCH_NS - 3 * 10**6
+
+
+def test_paths_with_the_signs_of_an_address_are_read(write_recording: Write) -> None:
+    for container in ("db3", "mcap", "ros1"):
+        path = write_recording(container, imu_entries(2), name=container)
+        folder = path.parent / f"100%20 a#b?c=d {container}"
+        folder.mkdir()
+        assert len(all_messages(path.rename(folder / path.name))) == 2
+        assert len(all_messages(folder / path.name)) == 2
+
+
+def test_old_type_names_are_normalised(write_recording: Write) -> None:
+    folder = write_recording("db3", imu_entries(1))
+    with sqlite3.connect(folder / "bag.db3") as database:
+        database.execute("UPDATE topics SET type = 'sensor_msgs/Imu'")
+        database.execute("UPDATE message_definitions SET topic_type = 'sensor_msgs/Imu'")
+    database.close()
+    with open_recording(folder) as recording:
+        (raw,) = recording.messages(["/imu"])
+        assert raw.type == recording.topics[0].type == IMU
+        assert isinstance(recording.decode(raw), ImuSample)
+
+
+def test_a_definition_in_the_recording_wins_over_the_bundled_one(write_recording: Write) -> None:
+    folder = write_recording("db3", [("/note", STRING, EPOCH_NS, {"data": "hello"})])
+    with sqlite3.connect(folder / "bag.db3") as database:
+        database.execute(
+            "UPDATE message_definitions SET encoded_message_definition = 'uint32 length\nuint8[5] bytes\nstring data'"
+        )
+        database.execute("UPDATE messages SET data = ?", (b"\0\1\0\0" + b"\5\0\0\0hello\0\0\0" + b"\3\0\0\0ok\0",))
+    database.close()
+    with open_recording(folder) as recording:
+        sample = recording.decode(next(recording.messages(["/note"])))
+        assert isinstance(sample, StringSample)
+        assert sample.value == "ok"
+
+
+def test_a_type_defined_nowhere_is_listed_and_only_its_decoding_fails(write_recording: Write) -> None:
+    folder = write_recording("db3", [("/note", STRING, EPOCH_NS + 1, {"data": "hello"}), *imu_entries(1)])
+    with sqlite3.connect(folder / "bag.db3") as database:
+        database.execute("UPDATE topics SET type = 'lost_msgs/msg/Lost' WHERE name = '/note'")
+    database.close()
+    with open_recording(folder) as recording:
+        imu, lost = recording.messages(["/note", "/imu"])
+        assert isinstance(recording.decode(imu), ImuSample)
+        assert recording.header_stamp_ns(lost) is None
+        with pytest.raises(DatasetsError, match="no decoder"):
+            recording.decode(lost)
+
+
+def test_a_broken_definition_hinders_only_its_own_topic(write_recording: Write) -> None:
+    folder = write_recording("db3", [("/note", STRING, EPOCH_NS + 1, {"data": "hello"}), *imu_entries(1)])
+    with sqlite3.connect(folder / "bag.db3") as database:
+        database.execute(
+            "UPDATE message_definitions SET encoded_message_definition = '%$' WHERE topic_type = ?", (STRING,)
+        )
+    database.close()
+    with open_recording(folder) as recording:
+        imu, note = recording.messages(["/note", "/imu"])
+        assert isinstance(recording.decode(imu), ImuSample)
+        assert recording.header_stamp_ns(note) is None
+        with pytest.raises(DatasetsError, match=r"/note .*its definition cannot be read"):
+            recording.decode(note)
+
+
+def test_one_type_name_with_two_layouts_on_a_topic_is_refused_to_decode(write_recording: Write, tmp_path: Path) -> None:
+    parts = [
+        write_recording("db3", [("/note", STRING, EPOCH_NS + k, {"data": "hello"})], name=f"p{k}") / f"p{k}.db3"
+        for k in range(2)
+    ]
+    same = split_recording(tmp_path / "same", parts, metadata=True)
+    for file, text in ((same / "run_1.db3", "# a remark\nstring data"), (parts[1], "string data\nuint8 more")):
+        with sqlite3.connect(file) as database:
+            database.execute("UPDATE message_definitions SET encoded_message_definition = ?", (text,))
+        database.close()
+    with open_recording(same) as recording:
+        assert [type(recording.decode(raw)) for raw in recording.messages(["/note"])] == [StringSample] * 2
+    other = split_recording(tmp_path / "other", parts, metadata=True)
+    with open_recording(other) as recording, pytest.raises(DatasetsError, match="two different types"):
+        recording.decode(next(recording.messages(["/note"])))
+
+
+def test_the_format_is_told_from_the_bytes_and_not_from_the_name(write_recording: Write, tmp_path: Path) -> None:
+    disguised = tmp_path / "recording.data"
+    shutil.copy(write_recording("ros1", imu_entries(2)), disguised)
+    with open_recording(disguised) as recording:
+        assert recording.format is RecordingFormat.ros1
+        assert recording.message_count == 2
