@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
@@ -143,6 +143,15 @@ def _stamps(track: Track, config: TakeConfig, every: int) -> Int[Array, "n"]:
     return config.start_ns + np.arange(0, track.time_s.size, every, dtype=np.int64) * round(STEP_S * 1e9)
 
 
+def _shutter_times(
+    track: Track, period_s: float, first_s: float, jitter_s: float, drop_share: float, rng: np.random.Generator
+) -> Float[Array, " n"]:
+    """Return the seconds at which frames are taken that reach the recording."""
+    regular = np.arange(first_s, float(track.time_s[-1]), period_s)
+    times = np.clip(regular + rng.normal(0.0, jitter_s, regular.size), 0.0, float(track.time_s[-1]))
+    return np.asarray(times[rng.random(regular.size) >= drop_share])
+
+
 def _own_motion(
     factory: MessageFactory, track: Track, config: TakeConfig, rng: np.random.Generator
 ) -> Iterator[_Message]:
@@ -184,9 +193,7 @@ def _camera(
 ) -> Iterator[_Message]:
     timing, noise = rngs
     period = 1 / config.rig.camera_hz
-    times = np.arange(timing.uniform(0, period), float(track.time_s[-1]), period)
-    times = np.clip(times + timing.normal(0.0, 0.002, times.size), 0.0, None)
-    times = times[timing.random(times.size) >= config.rig.drop_share]
+    times = _shutter_times(track, period, timing.uniform(0, period), 0.002, config.rig.drop_share, timing)
     stamps = config.start_ns + (times * 1e9).astype(np.int64)
     model = camera_model(config.rig.width)
     camera = Camera(model)
@@ -206,9 +213,8 @@ def _lidar(
     factory: MessageFactory, scene: Scene, track: Track, config: TakeConfig, rngs: list[np.random.Generator]
 ) -> Iterator[_Message]:
     timing, noise = rngs
-    times = np.arange(lidar.SWEEP_S + timing.uniform(0, lidar.SWEEP_S), float(track.time_s[-1]), lidar.SWEEP_S)
-    times += timing.normal(0.0, 0.0003, times.size)
-    times = times[timing.random(times.size) >= config.rig.drop_share]
+    first_s = lidar.SWEEP_S * timing.uniform(1, 2)
+    times = _shutter_times(track, lidar.SWEEP_S, first_s, 0.0003, config.rig.drop_share, timing)
     stamps = config.start_ns + (times * 1e9).astype(np.int64)
     sensor = mount("velodyne")
 

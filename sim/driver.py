@@ -47,7 +47,7 @@ class Driver:
         self.mode = Mode.CRUISE
         self._robot, self._obstacles, self._mischief, self._rng = robot, obstacles, mischief, rng
         self._deadline_s = 0.0
-        self._target: Float[Array, "2"] = np.zeros(2)
+        self._target: Float[Array, " 2"] = np.zeros(2)
         self._speed_mps = 0.0
         self._last = Command(0.0, 0.0, intervention=False)
 

@@ -68,15 +68,21 @@ def make_ground(rng: np.random.Generator, casters: list[tuple[Shape, bool]], sun
     terrain = np.full((side, side), Terrain.GRASS, np.uint8)
     terrain[smooth_noise(rng, side, 12) > 0.72] = Terrain.GRAVEL
     terrain[np.abs(smooth_noise(rng, side, 6) - 0.5) < 0.03] = Terrain.PATH
-    tint = sum(
-        weight * smooth_noise(rng, side, cells) for cells, weight in ((20, 0.35), (100, 0.25), (400, 0.4))
-    ) + np.float32(0.5)
+    tint = np.float32(0.5) + _octaves(rng, side, {20: 0.35, 100: 0.25, 400: 0.4})
     light = cv2.GaussianBlur(_shadows(rng, side, casters, sun), (0, 0), 1.0)
-    colour = cv2.GaussianBlur(_COLOUR[terrain], (0, 0), 2.5) * (np.asarray(tint) * light)[..., None]
+    colour = cv2.GaussianBlur(_COLOUR[terrain], (0, 0), 2.5) * (tint * light)[..., None]
     contrast = cv2.GaussianBlur(_CONTRAST[terrain], (0, 0), 2.5)[..., None] * 255
     texels = np.clip(np.concatenate([colour, contrast], axis=-1), 0, 255).astype(np.uint8)
-    fine = sum(weight * (smooth_noise(rng, 512, cells) - 0.5) for cells, weight in ((64, 0.5), (170, 0.8), (256, 0.7)))
-    return Ground(terrain=terrain, colour=texels, detail=np.clip(128 + 127 * np.asarray(fine), 0, 255).astype(np.uint8))
+    fine = 128 + 127 * (_octaves(rng, 512, {64: 0.6, 170: 0.8, 256: 0.6}) - np.float32(1.0))
+    return Ground(terrain=terrain, colour=texels, detail=np.clip(fine, 0, 255).astype(np.uint8))
+
+
+def _octaves(rng: np.random.Generator, side: int, weights: dict[int, float]) -> Float32[Array, "side side"]:
+    """Return a weighted sum of smooth noises, by their number of cells."""
+    total = np.zeros((side, side), np.float32)
+    for cells, weight in weights.items():
+        total += np.float32(weight) * smooth_noise(rng, side, cells)
+    return total
 
 
 def _shadows(

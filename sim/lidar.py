@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Float32, Int, UInt16
+from jaxtyping import Float, Float32, UInt16
 
 from navtool.sim.arrays import Array
 from navtool.sim.ground import REFLECTIVITY, RELIEF_M
@@ -34,7 +34,7 @@ class Scan(NamedTuple):
 
 def ring_elevation_rad() -> Float[Array, "16"]:
     """Return the elevation of each ring."""
-    return np.radians(np.linspace(-15.0, 15.0, RINGS))
+    return np.linspace(-15.0, 15.0, RINGS) * (np.pi / 180)
 
 
 def column_azimuth_rad() -> Float[Array, "1800"]:
@@ -61,8 +61,8 @@ def scan(scene: Scene, world_lidar: Float[Array, "1800 4 4"], rng: np.random.Gen
     origin = np.ascontiguousarray(world_lidar[:, :3, 3].T.astype(np.float32))[:, None, :]
     with np.errstate(divide="ignore", invalid="ignore"):
         reach, strength = _ground_returns(scene, origin, rays, rng)
-        for thing, rings, columns in _in_reach(scene, world_lidar[COLUMNS // 2]):
-            _thing_returns(thing, rings, columns, origin, rays, reach, strength, rng)
+        for thing, window in _in_reach(scene, world_lidar[COLUMNS // 2]):
+            _thing_returns(thing, origin[:, :, window[1]], rays[:, *window], reach[window], strength[window], rng)
     noise = rng.standard_normal(reach.shape, dtype=np.float32) * np.float32(RANGE_NOISE_M)
     step = np.float32(_RANGE_STEP_M)
     found = (reach > MIN_RANGE_M) & (reach < MAX_RANGE_M)
@@ -102,8 +102,8 @@ def _ground_returns(
     return reach, np.where(met, 100 * REFLECTIVITY[terrain] * grazing, np.float32(0))
 
 
-def _in_reach(scene: Scene, world_lidar: Float[Array, "4 4"]) -> Iterator[tuple[Thing, slice, Int[Array, "k"]]]:
-    """Yield the things within range with the rings and columns that may meet them.
+def _in_reach(scene: Scene, world_lidar: Float[Array, "4 4"]) -> Iterator[tuple[Thing, tuple[slice, slice]]]:
+    """Yield the things within range with the rings and columns that may meet them, twice for one behind the start.
 
     Bounds hold from the middle of the turn, with margins for how far the robot moves and turns until its ends.
     """
@@ -122,35 +122,36 @@ def _in_reach(scene: Scene, world_lidar: Float[Array, "4 4"]) -> Iterator[tuple[
     middle = -np.arctan2(centre[:, 1], centre[:, 0])
     first, last = (((middle + side * half_angle) * (COLUMNS / (2 * np.pi))).astype(np.int64) for side in (-1, 1))
     for index in np.flatnonzero((near < MAX_RANGE_M) & (first_ring < last_ring)).tolist():
-        columns = np.arange(first[index], last[index] + 1)[:COLUMNS] % COLUMNS
-        yield scene.things[index], slice(int(first_ring[index]), int(last_ring[index])), columns
+        rings = slice(int(first_ring[index]), int(last_ring[index]))
+        start, stop = int(first[index]), min(int(last[index]) + 1, int(first[index]) + COLUMNS)
+        for turn in range(-COLUMNS, 2 * COLUMNS, COLUMNS):
+            columns = slice(max(start - turn, 0), min(stop - turn, COLUMNS))
+            if columns.start < columns.stop:
+                yield scene.things[index], (rings, columns)
 
 
 def _thing_returns(
     thing: Thing,
-    rings: slice,
-    columns: Int[Array, "k"],
-    origin: Float32[Array, "3 1 1800"],
-    rays: Float32[Array, "3 16 1800"],
-    reach: Float32[Array, "16 1800"],
-    strength: Float32[Array, "16 1800"],
+    origin: Float32[Array, "3 1 c"],
+    rays: Float32[Array, "3 r c"],
+    reach: Float32[Array, "r c"],
+    strength: Float32[Array, "r c"],
     rng: np.random.Generator,
 ) -> None:
-    """Enter a thing's returns where they are nearer than those so far."""
-    start, towards = origin[:, :, columns], rays[:, rings, columns]
-    enter, leave = thing.shape.span(start, towards)
+    """Enter a thing's returns into a window of ranges and intensities, where they are nearer than those so far."""
+    enter, leave = thing.shape.span(origin, rays)
     enter = np.maximum(enter, np.float32(0))
     if not thing.material.solid:  # the free path of a beam between leaves is exponential
         enter += rng.standard_exponential(enter.shape, dtype=np.float32) / np.float32(thing.material.scatter_per_m)
-    ring, index = np.nonzero((enter < leave) & (enter < reach[rings, columns]))
-    if not ring.size:
+    met = (enter < leave) & (enter < reach)
+    if not met.any():
         return
-    near, ray = enter[ring, index], towards[:, ring, index]
+    near = np.where(met, enter, np.float32(1))
     if thing.material.solid:
-        normals = thing.shape.normal(start[:, 0, index] + near * ray)
-        facing = np.abs((normals * ray).sum(axis=0))
+        x, y, z = thing.shape.normal(origin + near * rays)
+        facing = np.abs(x * rays[0] + y * rays[1] + z * rays[2])
     else:
         facing = rng.random(near.shape, dtype=np.float32)  # leaves hang at any angle
-    hit = ring + rings.start, columns[index]
-    reach[hit] = near
-    strength[hit] = np.float32(100 * thing.material.reflectivity) * (np.float32(0.2) + np.float32(0.8) * facing)
+    np.copyto(reach, near, where=met)
+    returned = np.float32(100 * thing.material.reflectivity) * (np.float32(0.2) + np.float32(0.8) * facing)
+    np.copyto(strength, returned, where=met)

@@ -14,8 +14,10 @@ from navtool.sim.scene import Scene, Thing
 
 _NEAR_M = 0.2
 """Leaves closer than this are drawn at this distance: a lens inside a bush sees the leaves around it."""
-_TEXELS_PER_M = 60.0
+_TEXELS_PER_M = 200.0
 _GROUND_REACH_M = 80.0
+_EDGES = np.array([[a, a | axis] for axis in (1, 2, 4) for a in range(8) if not a & axis]).T
+"""The twelve edges of a box between its corners, numbered by the bits x, y, z."""
 _ZENITH = np.array([96.0, 138.0, 200.0], np.float32)
 _HORIZON = np.array([196.0, 206.0, 214.0], np.float32)
 _TREELINE = np.array([58.0, 74.0, 56.0], np.float32)
@@ -48,7 +50,8 @@ class Camera:
         rays = np.broadcast_arrays(u[None, :], v[:, None], np.ones((1, 1), np.float32))
         self._rays = np.stack(rays).astype(np.float32)
         bank = np.random.default_rng(7)
-        self._leaf = smooth_noise(bank, 256, 128) * 0.5 + smooth_noise(bank, 256, 40) * 0.5
+        mottle = (smooth_noise(bank, 256, 128) + smooth_noise(bank, 256, 64)).ravel()
+        self._mottle = (np.argsort(np.argsort(mottle)) / mottle.size).astype(np.float32)  # uniform in [0, 1)
         self._grain = bank.standard_normal((model.height + 64, model.width + 64, 3), dtype=np.float32)
 
     def image(
@@ -91,17 +94,25 @@ class Camera:
 
     def _visible(self, scene: Scene, world_camera: Float[Array, "4 4"]) -> Iterator[tuple[Thing, tuple[slice, slice]]]:
         """Yield what may be in view with the image window that holds it, nearest first."""
-        x, y, z = np.moveaxis((scene.corners() - world_camera[:3, 3]) @ world_camera[:3, :3], -1, 0)
-        height, width = self.model.height, self.model.width
+        corners = (scene.corners() - world_camera[:3, 3]) @ world_camera[:3, :3]
+        start, end = corners[:, _EDGES[0]], corners[:, _EDGES[1]]
+        depths = np.stack([start[..., 2], end[..., 2]])
+        share = (_NEAR_M - depths[0]) / (depths[1] - depths[0])
+        cut = np.where(
+            ((depths > _NEAR_M).sum(axis=0) == 1)[..., None], start + share[..., None] * (end - start), np.nan
+        )
+        ahead = np.where(corners[..., 2:] > _NEAR_M, corners, np.nan)
+        x, y, z = np.moveaxis(np.concatenate([ahead, cut], axis=1), -1, 0)
+        low = np.array([self.model.height, self.model.width])
         rows, columns = y / z * self.model.fy + self.model.cy, x / z * self.model.fx + self.model.cx
-        edges = np.stack([rows.min(axis=1), rows.max(axis=1) + 2, columns.min(axis=1), columns.max(axis=1) + 2])
-        across = z.min(axis=1) <= _NEAR_M  # reaches behind the image plane: its corners tell nothing
-        edges[:, across] = np.array([[0], [height], [0], [width]])
-        top, bottom, left, right = np.clip(edges, 0, np.array([[height], [height], [width], [width]])).astype(np.int64)
-        seen = (z.max(axis=1) > _NEAR_M) & (top < bottom) & (left < right)
-        nearest_first = np.argsort(z.mean(axis=1))
+        pixels = np.stack([rows, columns])
+        first = np.clip(np.fmin.reduce(pixels, axis=2), 0, low[:, None])
+        last = np.clip(np.fmax.reduce(pixels, axis=2) + 2, 0, low[:, None])
+        seen = (first < last).all(axis=0)
+        nearest_first = np.argsort(corners[..., 2].mean(axis=1))
         for index in nearest_first[seen[nearest_first]].tolist():
-            yield scene.things[index], (slice(top[index], bottom[index]), slice(left[index], right[index]))
+            (top, left), (bottom, right) = first[:, index].astype(int).tolist(), last[:, index].astype(int).tolist()
+            yield scene.things[index], (slice(top, bottom), slice(left, right))
 
     def _draw(
         self,
@@ -121,33 +132,40 @@ class Camera:
             shown &= enter > 0
         if not shown.any():
             return
-        pixels = np.nonzero(shown)
-        reach, directions = surface[pixels], rays[:, *pixels]
-        points = origin[:, 0] + reach * directions
+        reach = np.where(shown, surface, np.float32(1))
+        points = origin + reach * rays
         normals = thing.shape.normal(points)
-        grain = self._texture(points, normals)
+        grain = self._texture(points, normals, reach)
         if not thing.material.solid:
-            facing = np.abs((normals * directions).sum(axis=0)) / np.sqrt((directions * directions).sum(axis=0))
-            keep = (facing > np.float32(1.2) * (np.float32(0.75) - grain)) | (enter[pixels] < nearest)
-            pixels = (pixels[0][keep], pixels[1][keep])
-            reach, normals, grain = reach[keep], normals[:, keep], grain[keep]
-        sun = (normals * np.array(scene.sun, np.float32)[:, None]).sum(axis=0)
-        shade = _AMBIENT + _SUNLIGHT * np.maximum(sun, np.float32(0))
+            facing = np.abs(_dot(normals, rays)) / np.sqrt(_dot(rays, rays))
+            shown &= (facing > np.float32(1.2) * (np.float32(0.75) - grain)) | (enter < nearest)
+        shade = _AMBIENT + _SUNLIGHT * np.maximum(_dot(normals, np.array(scene.sun, np.float32)), np.float32(0))
         shade *= np.float32(1) + np.float32(2 * thing.material.contrast) * (grain - np.float32(0.5))
-        colours = shade[:, None] * np.array(thing.material.colour, np.float32)
-        depth[pixels] = reach
-        picture[pixels] = _hazy(colours, reach)
+        colours = _hazy(shade[..., None] * np.array(thing.material.colour, np.float32), reach)
+        np.copyto(depth, reach, where=shown)
+        np.copyto(picture, colours, where=shown[..., None])
 
-    def _texture(self, points: Float32[Array, "3 n"], normals: Float32[Array, "3 n"]) -> Float32[Array, "n"]:
-        """Return noise in [0, 1] that is fixed to the world, looked up along the two axes a surface faces least."""
+    def _texture(
+        self, points: Float32[Array, "3 r c"], normals: Float32[Array, "3 r c"], reach: Float32[Array, "r c"]
+    ) -> Float32[Array, "r c"]:
+        """Return noise in [0, 1] that is fixed to the world, looked up along the two axes a surface faces least.
+
+        Three octaves; the finest fades with the distance, where a pixel is wider than its features.
+        """
         x, y, z = (points * np.float32(_TEXELS_PER_M)).astype(np.int32)
         slope_x, slope_y, slope_z = np.abs(normals)
         top = slope_z > np.float32(0.75)
         row = np.where(top, x, z)
         column = np.where(top | (slope_x > slope_y), y, x)
-        fine = self._leaf[row & 255, column & 255]
-        lumps = self._leaf[(row >> 3) & 255, (column >> 3) & 255]
-        return np.asarray(np.float32(0.6) * fine + np.float32(0.4) * lumps)
+        fine, middle, coarse = (
+            np.take(self._mottle, ((row >> shift & 255) << 8) | (column >> shift & 255)) for shift in (0, 2, 5)
+        )
+        near = np.minimum(np.float32(0.5), np.float32(0.6) / reach)
+        return np.asarray(near * fine + (np.float32(0.65) - near) * middle + np.float32(0.35) * coarse)
+
+
+def _dot(a: Float32[Array, "3 *n"], b: Float32[Array, "3 *m"]) -> Float32[Array, "..."]:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def _backdrop(
@@ -155,16 +173,16 @@ def _backdrop(
 ) -> tuple[Float32[Array, "h w 3"], Float32[Array, "h w"]]:
     """Return sky, treeline and ground, and the ground's depth (infinite for the others)."""
     depth = np.where(rays[2] < 0, -origin[2] / rays[2], np.float32(np.inf))
-    nearest, farthest = depth.min(axis=1), depth.max(axis=1)
     picture = np.empty((*depth.shape, 3), np.float32)
-    sky = farthest > _GROUND_REACH_M
-    if sky.any():
-        picture[sky] = _sky_colour(scene, rays[:, sky])
-    low = np.flatnonzero(nearest < _GROUND_REACH_M)
+    sky = np.flatnonzero(depth.max(axis=1) > _GROUND_REACH_M)
+    if sky.size:
+        window = slice(int(sky[0]), int(sky[-1]) + 1)
+        picture[window] = _sky_colour(scene, rays[:, window])
+    low = np.flatnonzero(depth.min(axis=1) < _GROUND_REACH_M)
     if low.size:
         window = slice(int(low[0]), int(low[-1]) + 1)
-        ground = depth[window] < _GROUND_REACH_M
-        picture[window][ground] = _ground_colour(scene, origin, rays[:, window], depth[window])[ground]
+        colours = _ground_colour(scene, origin, rays[:, window], depth[window])
+        np.copyto(picture[window], colours, where=(depth[window] < _GROUND_REACH_M)[..., None])
     return picture, depth
 
 
@@ -178,7 +196,7 @@ def _sky_colour(scene: Scene, rays: Float32[Array, "3 r w"]) -> Float32[Array, "
     palette = np.concatenate([_HORIZON + shades * (_ZENITH - _HORIZON), _TREELINE[None, :]])
     shade = np.clip(slope * np.float32(1.6 * 255), 0, 255).astype(np.int32)
     shade[slope < far_trees] = 256
-    return np.take(palette, shade, axis=0)
+    return np.asarray(np.take(palette, shade, axis=0))
 
 
 def _ground_colour(

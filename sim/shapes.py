@@ -58,11 +58,12 @@ class Cylinder:
         side = _quadric(dx * dx + dy * dy, ox * dx + oy * dy, ox * ox + oy * oy - np.float32(self.radius**2))
         return side & _slab(origin[2], direction[2], 0.0, self.height)
 
-    def normal(self, points: Float32[Array, "3 n"]) -> Float32[Array, "3 n"]:
+    def normal(self, points: Float32[Array, "3 ..."]) -> Float32[Array, "3 ..."]:
         """Return outward unit normals at points on the surface."""
-        radial = np.stack([points[0] - self.x, points[1] - self.y, np.zeros_like(points[0])]) / np.float32(self.radius)
-        radial[:, points[2] > self.height - 1e-3] = np.array([[0.0], [0.0], [1.0]], np.float32)
-        return radial
+        top = points[2] > np.float32(self.height - 1e-3)
+        out = np.where(top, np.float32(0), np.float32(1 / self.radius))
+        x, y = (points[0] - np.float32(self.x)) * out, (points[1] - np.float32(self.y)) * out
+        return np.stack([x, y, top.astype(np.float32)])
 
     def clearance(self, xy: Float[Array, "2 ..."]) -> Float[Array, "..."]:
         """Return the horizontal distance in metres from points to the body's outline, negative inside."""
@@ -94,11 +95,13 @@ class Ellipsoid:
         c = ox * ox + oy * oy + oz * oz - np.float32(1.0)
         return _quadric(dx * dx + dy * dy + dz * dz, ox * dx + oy * dy + oz * dz, c)
 
-    def normal(self, points: Float32[Array, "3 n"]) -> Float32[Array, "3 n"]:
+    def normal(self, points: Float32[Array, "3 ..."]) -> Float32[Array, "3 ..."]:
         """Return outward unit normals at points on the surface."""
-        scale = np.array([[self.radius], [self.radius], [self.half_height]], np.float32)
-        gradient = (points - np.array([[self.x], [self.y], [self.z]], np.float32)) / (scale * scale)
-        return np.asarray(gradient / np.maximum(np.sqrt((gradient * gradient).sum(axis=0)), np.float32(1e-9)))
+        flat, tall = np.float32(self.radius**-2), np.float32(self.half_height**-2)
+        x, y = (points[0] - np.float32(self.x)) * flat, (points[1] - np.float32(self.y)) * flat
+        z = (points[2] - np.float32(self.z)) * tall
+        length = np.maximum(np.sqrt(x * x + y * y + z * z), np.float32(1e-9))
+        return np.stack([x / length, y / length, z / length])
 
     def clearance(self, xy: Float[Array, "2 ..."]) -> Float[Array, "..."]:
         """Return the horizontal distance in metres from points to the widest outline, negative inside."""
@@ -134,7 +137,7 @@ class Box:
         width = _slab(cos * oy - sin * ox, cos * dy - sin * dx, -self.half_width, self.half_width)
         return length & width & _slab(origin[2], direction[2], 0.0, self.height)
 
-    def normal(self, points: Float32[Array, "3 n"]) -> Float32[Array, "3 n"]:
+    def normal(self, points: Float32[Array, "3 ..."]) -> Float32[Array, "3 ..."]:
         """Return outward unit normals at points on the surface."""
         cos, sin = np.float32(np.cos(self.yaw_rad)), np.float32(np.sin(self.yaw_rad))
         ox, oy = points[0] - np.float32(self.x), points[1] - np.float32(self.y)
