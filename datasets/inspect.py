@@ -2,7 +2,7 @@
 
 from array import array
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.lineage import plain
 from navtool.datasets.recording import Recording, Topic, open_recording
-from navtool.datasets.robot import TopicCandidates
+from navtool.datasets.robot import RobotConfig, TopicCandidates
 from navtool.datasets.topic_map import TopicMap, resolve_topic_map
 
 
@@ -58,6 +58,15 @@ class Inspection:
     def to_json(self) -> object:
         """Everything as plain JSON values; every stream is a key of ``topic_map``, null where it has no topic."""
         return plain(self)
+
+
+def robot_from(base: RobotConfig, inspection: Inspection) -> RobotConfig:
+    """The robot with the topics that the inspection found, to save and to edit.
+
+    A stream that the recording lacks keeps the base's candidates: other recordings of the robot may have it.
+    """
+    found = {stream: [topic] for stream, topic in inspection.topic_map.streams().items()}
+    return replace(base, topics=replace(base.topics, **found))
 
 
 @dataclass(slots=True)

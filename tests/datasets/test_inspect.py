@@ -10,8 +10,8 @@ from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_typestore
 
 from navtool.datasets.errors import DatasetsError
-from navtool.datasets.inspect import TopicReport, inspect_recording
-from navtool.datasets.robot import TopicCandidates
+from navtool.datasets.inspect import TopicReport, inspect_recording, robot_from
+from navtool.datasets.robot import RobotConfig, TopicCandidates
 
 SECOND = 1_000_000_000
 
@@ -104,6 +104,16 @@ def test_a_candidate_of_another_type_is_refused(tmp_path: Path) -> None:
     path = write_imu_bag(tmp_path / "a.bag", [(SECOND, SECOND)])
     with pytest.raises(DatasetsError, match="/e_stop is std_msgs/msg/Bool"):
         inspect_recording(path, TopicCandidates(imu=["/e_stop"]))
+
+
+def test_the_robot_file_of_an_inspection_gives_the_same_map_again(tmp_path: Path) -> None:
+    path = write_imu_bag(tmp_path / "a.bag", [(SECOND, SECOND)])
+    base = RobotConfig(name="box", topics=TopicCandidates(odometry=["/odom"], battery=["none"]))
+    found = inspect_recording(path, base.topics)
+    robot = robot_from(base, found)
+    assert robot.topics == TopicCandidates(imu=["/imu"], intervention=["/e_stop"], odometry=["/odom"], battery=["none"])
+    assert (robot.name, base.topics.imu) == ("box", [])
+    assert inspect_recording(path, robot.topics).topic_map.streams() == found.topic_map.streams()
 
 
 def test_the_husky_recording_has_its_documented_counts(recordings: Path) -> None:
