@@ -5,18 +5,24 @@ from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Float64, UInt16
-from scipy.spatial import cKDTree
+from jaxtyping import Bool, Float, Float64, Int64, Integer
 
 from navtool.pipeline.arrays import Array
+from navtool.pipeline.cloud_neighbourhoods import Neighbourhoods, nearest_neighbourhoods, ring_neighbourhoods
+from navtool.pipeline.eigenvalues import symmetric_eigenvalues
+
+_FEWEST_POINTS = 10
 
 
 class CloudFeatureMethod(StrEnum):
     """How a point is told to lie on an edge, on a plane or in scatter."""
 
     loam = "loam"
+    """Eq. 3 as printed: the neighbours' mean offset as a share of the point's distance from the sensor."""
     loam_spread = "loam_spread"
+    """The neighbours' mean offset as a share of their mean distance from the point."""
     dimensionality = "dimensionality"
+    """Which of line, plane and ball the neighbourhood resembles most, by the eigenvalues of its covariance."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -26,55 +32,155 @@ class CloudReliabilityConfig:
     method: CloudFeatureMethod = CloudFeatureMethod.dimensionality
     """loam, loam_spread or dimensionality."""
     c_max: float = 0.65
-    """Smoothness from which on a point is an edge, in [0, 1]; for loam and loam_spread."""
+    """Smoothness from which on a point is an edge, in [0, 1]; for loam and loam_spread; the paper's Table V."""
     c_min: float = 0.35
-    """Smoothness up to which a point is planar, in [0, 1]; for loam and loam_spread."""
+    """Smoothness up to which a point is planar, in [0, c_max]; for loam and loam_spread; the paper's Table V."""
     edge_weight: float = 0.55
-    """beta_e, the weight of the share of edges, in [0, 1]."""
+    """beta_e, the weight of the share of edges, in [0, 1]; the paper's Table V."""
     planar_weight: float = 0.45
-    """beta_p, the weight of the share of planes, in [0, 1]."""
-    neighbours: int = 20
-    """Neighbours of a point where the cloud has no rings."""
-    max_points: int = 2000
-    """Points evaluated where the cloud has no rings."""
+    """beta_p, the weight of the share of planes, in [0, 1]; the paper's Table V."""
+    reach: float = 0.07
+    """Radius of a neighbourhood as a share of the point's distance from the sensor, above 0; for clouds with rings."""
+    neighbours: int = 30
+    """Number of nearest neighbours, at least 3; for clouds without rings."""
+    min_neighbours: int = 6
+    """A point with fewer neighbours is on no feature, at least 2."""
+    max_points: int = 1000
+    """Number of points to look at, evenly spread over the cloud, at least 1."""
+
+    def __post_init__(self) -> None:
+        for name in ("edge_weight", "planar_weight", "c_max", "c_min"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise ValueError(f"{name} is {getattr(self, name)}; set a value in [0, 1]")
+        if self.c_min > self.c_max:
+            raise ValueError(f"c_min is {self.c_min}, above c_max {self.c_max}: a point would be an edge and planar")
+        if not 0 < self.reach < np.inf:
+            raise ValueError(f"reach is {self.reach} of a point's distance; set a positive value, such as 0.07")
+        for name, least in (("neighbours", 3), ("min_neighbours", 2), ("max_points", 1)):
+            if getattr(self, name) < least:
+                raise ValueError(f"{name} is {getattr(self, name)}; set at least {least}")
 
 
 class CloudReliability(NamedTuple):
     """The reliability of a cloud and what it is made of, each in [0, 1]."""
 
     cloud: float
+    """r_point, the weighted sum; at most the larger of the two weights."""
     edge: float
+    """r_edge, the share of points on edges."""
     planar: float
+    """r_planar, the share of points on planes."""
+
+
+class CloudFeatures(NamedTuple):
+    """What the looked-at points of a cloud lie on."""
+
+    index: Int64[Array, " m"]
+    """The points' indices in the cloud."""
+    edge: Bool[Array, " m"]
+    """The point lies on an edge."""
+    planar: Bool[Array, " m"]
+    """The point lies on a plane, and not on an edge."""
 
 
 def cloud_reliability(
-    xyz: Float[Array, "n 3"], ring: UInt16[Array, " n"] | None, config: CloudReliabilityConfig
+    xyz: Float[Array, "n 3"], ring: Integer[Array, " n"] | None, config: CloudReliabilityConfig
 ) -> CloudReliability:
-    """The reliability of a cloud in the sensor's frame."""
-    del ring
-    points = xyz[np.isfinite(xyz).all(axis=1) & (xyz != 0).any(axis=1)].astype(np.float64)
-    if len(points) <= config.neighbours:
+    r"""The reliability of a cloud.
+
+    .. math::
+        r_{edge} = |S_{edge}| / |P|, \quad r_{planar} = |S_{planar}| / |P|, \quad
+        r_{point} = \beta_e r_{edge} + \beta_p r_{planar}
+
+    over the points that `cloud_features` looks at. The result is deterministic, and 0 for a cloud of fewer than 10 real
+    returns. Arithmetic is float32 for the points and float64 for the features.
+
+    Args:
+        xyz: Points in the sensor's frame in metres; those not finite or exactly zero are no returns and left out.
+        ring: Ring (laser) of each point in any numbering, None where the cloud does not tell.
+        config: Thresholds and weights.
+
+    Reference: GrASPE, eq. (4) and (5).
+    """
+    features = cloud_features(xyz, ring, config)
+    if not len(features.index):
         return CloudReliability(0.0, 0.0, 0.0)
-    queried = points[:: max(1, len(points) // config.max_points)]
-    _, near = cKDTree(points).query(queried, k=config.neighbours + 1)
-    difference = queried[:, None] - points[near]
-    edge, planar = _shares(queried, difference, config)
-    return CloudReliability(config.edge_weight * edge + config.planar_weight * planar, edge, planar)
+    edge, planar = float(features.edge.mean()), float(features.planar.mean())  # eq. (4)
+    weighted = config.edge_weight * edge + config.planar_weight * planar  # eq. (5)
+    return CloudReliability(min(weighted, 1.0), edge, planar)
 
 
-def _shares(
-    queried: Float64[Array, "m 3"], difference: Float64[Array, "m k 3"], config: CloudReliabilityConfig
-) -> tuple[float, float]:
-    if config.method is CloudFeatureMethod.dimensionality:
-        centred = difference - difference.mean(axis=1, keepdims=True)
-        values = np.linalg.eigvalsh(np.einsum("mki,mkj->mij", centred, centred))
-        sigma = np.sqrt(np.maximum(values, 0.0))[:, ::-1]
-        features = np.column_stack([sigma[:, 0] - sigma[:, 1], sigma[:, 1] - sigma[:, 2], sigma[:, 2]])
-        kind = np.argmax(features, axis=1)
-        return float(np.mean(kind == 0)), float(np.mean(kind == 1))
-    if config.method is CloudFeatureMethod.loam:
-        scale = np.linalg.norm(queried, axis=1) * config.neighbours
+def cloud_features(
+    xyz: Float[Array, "n 3"], ring: Integer[Array, " n"] | None, config: CloudReliabilityConfig
+) -> CloudFeatures:
+    """What up to `max_points` points of a cloud lie on; none of them where it has fewer than 10 real returns.
+
+    A cloud with rings is looked at in windows along ring and azimuth, one without by its points' nearest neighbours;
+    see `ring_neighbourhoods` and `nearest_neighbourhoods`. A point with too few neighbours lies on nothing.
+
+    Note:
+        Every method has the same neighbourhoods, so they differ in the feature alone.
+    """
+    columns = np.ascontiguousarray(xyz.T, np.float32)
+    x, y, z = columns
+    returned = np.flatnonzero(np.isfinite(x + y + z) & ((x != 0) | (y != 0) | (z != 0)))
+    if len(returned) < _FEWEST_POINTS:
+        return CloudFeatures(np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros(0, np.bool_))
+    if len(returned) < len(x):
+        columns = columns.take(returned, axis=1)
+    if ring is None:
+        neighbours = min(config.neighbours, len(returned) - 1)
+        around = nearest_neighbourhoods(columns, neighbours, config.max_points)
     else:
-        scale = np.linalg.norm(difference, axis=2).sum(axis=1)
-    smoothness = np.linalg.norm(difference.sum(axis=1), axis=1) / np.maximum(scale, 1e-12)
-    return float(np.mean(smoothness >= config.c_max)), float(np.mean(smoothness <= config.c_min))
+        around = ring_neighbourhoods(columns, ring[returned], config.reach, config.max_points)
+    if config.method is CloudFeatureMethod.dimensionality:
+        edge, planar = _by_dimensionality(around)
+    else:
+        smoothness = _smoothness(around, columns, config.method)
+        edge, planar = smoothness >= config.c_max, smoothness <= config.c_min
+    enough = around.size >= config.min_neighbours
+    return CloudFeatures(returned[around.centre], edge & enough, planar & ~edge & enough)
+
+
+def _smoothness(
+    around: Neighbourhoods, columns: Float[Array, "3 n"], method: CloudFeatureMethod
+) -> Float64[Array, " m"]:
+    r"""The surface smoothness of each centre.
+
+    .. math::
+        c_l = \frac{1}{\|X_l\| \cdot |M|} \left\| \sum_{k \in M, k \ne l} (X_l - X_k) \right\|
+
+    Reference: GrASPE, eq. (3), after Zhang and Singh, "LOAM", 2014.
+
+    Note:
+        loam_spread divides by the neighbours' summed distance instead of by the range, which puts c into [0, 1].
+    """
+    offset = np.linalg.norm(np.einsum("imk->im", around.difference), axis=0)
+    if method is CloudFeatureMethod.loam:
+        scale = np.linalg.norm(columns[:, around.centre], axis=0) * around.size
+    else:
+        scale = np.linalg.norm(around.difference, axis=0).sum(axis=1)
+    return offset / np.where(scale > 0, scale, 1.0)  # eq. (3)
+
+
+def _by_dimensionality(around: Neighbourhoods) -> tuple[Bool[Array, " m"], Bool[Array, " m"]]:
+    r"""Which centres have a linear and which a planar neighbourhood.
+
+    .. math::
+        a_{1D} = (\sigma_1 - \sigma_2) / \sigma_1, \quad a_{2D} = (\sigma_2 - \sigma_3) / \sigma_1, \quad
+        a_{3D} = \sigma_3 / \sigma_1
+
+    with the standard deviations along the neighbourhood's principal axes; the largest of the three decides, and a
+    neighbourhood without extent is a ball. Reference: Demantke et al., "Dimensionality based scale selection in 3D
+    LiDAR point clouds", 2011.
+    """
+    x, y, z = around.difference
+    size = around.size + 1.0  # the centre belongs to its neighbourhood
+    pairs = ((x, x), (x, y), (x, z), (y, y), (y, z), (z, z))
+    second = np.stack([np.einsum("mk,mk->m", a, b) for a, b in pairs]) / size
+    mx, my, mz = np.einsum("imk->im", around.difference) / size
+    means = np.stack([mx * mx, mx * my, mx * mz, my * my, my * mz, mz * mz])
+    sigma = np.sqrt(np.maximum(symmetric_eigenvalues(second - means), 0.0))
+    line, plane, ball = sigma[0] - sigma[1], sigma[1] - sigma[2], sigma[2]
+    edge = (line > plane) & (line > ball)
+    return edge, (plane >= line) & (plane > ball)

@@ -1,0 +1,106 @@
+"""The points around chosen points of a LiDAR cloud: by ring and azimuth where it has rings, else by a k-d tree."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float32, Int64, Integer
+from scipy.spatial import cKDTree
+
+from navtool.pipeline.arrays import Array
+
+_AZIMUTH_CELLS = 900
+_RING_STEP_RAD = np.radians(1.3)
+_WINDOW_ROWS = 2
+_WINDOW_COLUMNS = 8
+
+
+class Neighbourhoods(NamedTuple):
+    """Chosen points of a cloud and the points around each."""
+
+    centre: Int64[Array, " m"]
+    """Index of each chosen point in the cloud."""
+    difference: Float32[Array, "3 m k"]
+    """Neighbour minus centre in metres, x, y and z apart; 0 where there is no neighbour."""
+    size: Int64[Array, " m"]
+    """Number of neighbours of each."""
+
+
+def ring_neighbourhoods(
+    columns: Float32[Array, "3 n"], ring: Integer[Array, " n"], reach: float, max_points: int
+) -> Neighbourhoods:
+    """The neighbours in a window along ring and azimuth of up to `max_points` points, evenly spread over the cloud.
+
+    The cloud is laid on a grid of azimuth cells of 0.4 degrees (the last point of a cell stays) and of rings at least
+    1.3 degrees apart, so that a window of 5 rings and 17 cells is about as high as wide for any sensor. Of the points
+    in the window those count that are within `reach` times the centre's distance from the sensor: a window alone mixes
+    what stands in front with what stands behind it.
+
+    Args:
+        columns: x, y, z in the sensor's frame, all of them real returns.
+        ring: Ring of each point, in any numbering; the rings' elevations follow from the points.
+        reach: Radius of a neighbourhood as a share of the centre's distance.
+        max_points: Number of points to choose at most; every k-th cell with a point is chosen.
+    """
+    x, y, z = columns
+    level = np.sqrt(x * x + y * y)
+    row_of_ring, rows = _rows(ring, z, level)
+    column = ((np.arctan2(y, x) + np.float32(np.pi)) * np.float32(_AZIMUTH_CELLS / (2 * np.pi))).astype(np.int64)
+    # A border around the cells, which repeats them across the azimuth's seam, and a last row for the rings left out.
+    width = _AZIMUTH_CELLS + 2 * _WINDOW_COLUMNS
+    grid = np.full((rows + 2 * _WINDOW_ROWS + 1, width), -1, np.int64)
+    flat = grid.reshape(-1)
+    flat[row_of_ring[ring] * width + np.minimum(column, _AZIMUTH_CELLS - 1) + _WINDOW_COLUMNS] = np.arange(len(x))
+    inner = grid[:-1, _WINDOW_COLUMNS:-_WINDOW_COLUMNS].copy()
+    grid[:-1, :_WINDOW_COLUMNS] = inner[:, -_WINDOW_COLUMNS:]
+    grid[:-1, -_WINDOW_COLUMNS:] = inner[:, :_WINDOW_COLUMNS]
+    filled = np.flatnonzero(inner.reshape(-1) >= 0)
+    filled = filled[:: max(1, -(-len(filled) // max_points))]
+    at = filled + (2 * (filled // _AZIMUTH_CELLS) + 1) * _WINDOW_COLUMNS
+    return _differences(columns, flat[at], flat.take(at[:, None] + _window(width)), reach)
+
+
+def nearest_neighbourhoods(columns: Float32[Array, "3 n"], neighbours: int, max_points: int) -> Neighbourhoods:
+    """The `neighbours` nearest points of up to `max_points` points, every k-th of the cloud."""
+    points = columns.T
+    count = points.shape[0]
+    centre = np.arange(0, count, max(1, -(-count // max_points)))
+    _, around = cKDTree(points, balanced_tree=False, compact_nodes=False).query(points[centre], k=neighbours + 1)
+    return _differences(columns, centre, np.asarray(around), np.inf)
+
+
+def _rows(
+    ring: Integer[Array, " n"], z: Float32[Array, " n"], level: Float32[Array, " n"]
+) -> tuple[Int64[Array, " rings"], int]:
+    """The grid row of each ring, lowest first, the last one for rings too close to another, and the number of rows."""
+    count = np.bincount(ring)
+    elevation = np.arctan2(np.bincount(ring, z), np.bincount(ring, level))
+    row_of_ring = np.full(len(count), -1, np.int64)
+    rows, last = 0, -np.inf
+    for index in np.argsort(elevation, kind="stable").tolist():
+        # A little less than the step: rings exactly a step apart all stay.
+        if count[index] and elevation[index] - last > 0.98 * _RING_STEP_RAD:
+            row_of_ring[index] = rows + _WINDOW_ROWS
+            rows, last = rows + 1, elevation[index]
+    row_of_ring[row_of_ring < 0] = rows + 2 * _WINDOW_ROWS
+    return row_of_ring, rows
+
+
+def _window(width: int) -> Int64[Array, " k"]:
+    """The offsets of a window's cells from its centre in a flat grid of that width."""
+    rows = np.arange(-_WINDOW_ROWS, _WINDOW_ROWS + 1)[:, None]
+    offsets = (rows * width + np.arange(-_WINDOW_COLUMNS, _WINDOW_COLUMNS + 1)).reshape(-1)
+    return np.asarray(offsets[offsets != 0])
+
+
+def _differences(
+    columns: Float32[Array, "3 n"], centre: Int64[Array, " m"], around: Int64[Array, "m k"], reach: float
+) -> Neighbourhoods:
+    """The differences to the points `around` (-1: none) that are within `reach` times the centre's distance."""
+    middle = columns[:, centre]
+    difference = columns.take(around, axis=1)
+    difference -= middle[:, :, None]
+    square = np.einsum("imk,imk->mk", difference, difference)
+    limit = reach * reach * np.einsum("im,im->m", middle, middle)
+    near = (square <= limit[:, None]) & (around >= 0) & (around != centre[:, None])
+    difference *= near
+    return Neighbourhoods(centre, difference, np.count_nonzero(near, axis=1))
