@@ -60,6 +60,10 @@ class TakeConfig:
     rig: RigConfig = field(default_factory=RigConfig)
     """Camera size, rates and drops."""
 
+    def __post_init__(self) -> None:
+        if self.seed < 0 or self.start_ns < 0:
+            raise ValueError(f"need seed >= 0 and start_ns >= 0, got {self.seed} and {self.start_ns} ns")
+
 
 class _Message(NamedTuple):
     record_ns: int

@@ -12,8 +12,10 @@ from navtool.sim.arrays import Array
 from navtool.sim.ground import HALF_SIDE_M, TEXEL_M, smooth_noise
 from navtool.sim.scene import Scene, Thing
 
-_NEAR_M = 0.2
-"""Leaves closer than this are drawn at this distance: a lens inside a bush sees the leaves around it."""
+_NEAR_M = 0.02
+"""Nothing is closer to the lens than this."""
+_LEAF_M = 0.4
+"""Leaves are drawn no closer than this: a lens inside a bush sees the leaves around it."""
 _TEXELS_PER_M = 200.0
 _GROUND_REACH_M = 80.0
 _EDGES = np.array([[a, a | axis] for axis in (1, 2, 4) for a in range(8) if not a & axis]).T
@@ -103,11 +105,11 @@ class Camera:
         )
         ahead = np.where(corners[..., 2:] > _NEAR_M, corners, np.nan)
         x, y, z = np.moveaxis(np.concatenate([ahead, cut], axis=1), -1, 0)
-        low = np.array([self.model.height, self.model.width])
+        size = np.array([[self.model.height], [self.model.width]])
         rows, columns = y / z * self.model.fy + self.model.cy, x / z * self.model.fx + self.model.cx
         pixels = np.stack([rows, columns])
-        first = np.clip(np.fmin.reduce(pixels, axis=2), 0, low[:, None])
-        last = np.clip(np.fmax.reduce(pixels, axis=2) + 2, 0, low[:, None])
+        first = np.clip(np.fmin.reduce(pixels, axis=2), 0, size)
+        last = np.clip(np.fmax.reduce(pixels, axis=2) + 2, 0, size)
         seen = (first < last).all(axis=0)
         nearest_first = np.argsort(corners[..., 2].mean(axis=1))
         for index in nearest_first[seen[nearest_first]].tolist():
@@ -125,7 +127,7 @@ class Camera:
     ) -> None:
         """Draw one thing into a window of the picture and of its depth."""
         enter, leave = thing.shape.span(origin, rays)
-        nearest = np.float32(0.0 if thing.material.solid else _NEAR_M)
+        nearest = np.float32(_NEAR_M if thing.material.solid else _LEAF_M)
         surface = np.maximum(enter, nearest)
         shown: Bool[Array, "r c"] = (enter < leave) & (leave > nearest) & (surface < depth)
         if thing.material.solid:

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from navtool.sim.arrays import Array
+from navtool.sim.errors import SimError
 from navtool.sim.ground import Ground, make_ground
 from navtool.sim.shapes import Box, Cylinder, Ellipsoid, Shape
 
@@ -82,6 +83,8 @@ class Scene:
 
 def place_rng(seed: int, place: str) -> np.random.Generator:
     """Return a generator that depends on the seed and on the place's name alone."""
+    if seed < 0:
+        raise SimError(f"the seed is {seed}", where=place, cure="use a seed of 0 or more")
     return np.random.default_rng([seed, crc32(place.encode())])
 
 
@@ -89,6 +92,9 @@ def make_scene(seed: int, place: str) -> Scene:
     """Draw the place called ``place``.
 
     Guarantee: equal arguments give equal scenes, in every process.
+
+    Raises:
+        SimError: The seed is negative.
     """
     rng = place_rng(seed, place)
     azimuth, elevation = rng.uniform(0, 2 * np.pi), rng.uniform(0.5, 1.1)

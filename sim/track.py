@@ -67,15 +67,15 @@ def drive(scene: Scene, seed: int, seconds: float, mischief: float = 0.5) -> Tra
     Args:
         scene: Where to drive.
         seed: Decides start, driver and terrain shake; equal arguments give equal tracks.
-        seconds: Duration, at least 1.
+        seconds: Duration, 1 to 3600.
         mischief: Share of the driver's legs that lead into an obstacle, 0-1.
 
     Raises:
-        SimError: The duration or the share is out of range, or the scene has no room to start in.
+        SimError: An argument is out of range, or the scene has no room to start in.
     """
-    if not seconds >= 1.0 or not 0.0 <= mischief <= 1.0:
-        what = f"a drive needs seconds >= 1 and 0 <= mischief <= 1, got {seconds} s and {mischief}"
-        raise SimError(what, cure="ask for a longer drive or another share")
+    if seed < 0 or not 1.0 <= seconds <= 3600.0 or not 0.0 <= mischief <= 1.0:
+        what = f"a drive needs seed >= 0, 1 to 3600 seconds and 0 <= mischief <= 1, got {seed}, {seconds}, {mischief}"
+        raise SimError(what, cure="ask for a drive within these bounds")
     rng = np.random.default_rng(seed)
     obstacles = scene.obstacles()
     robot = Robot(obstacles, RobotLimits())
