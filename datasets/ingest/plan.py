@@ -20,7 +20,7 @@ from navtool.datasets.sync import Match, grid_ticks, nearest
 from navtool.datasets.topic_map import TopicMap, resolve_topic_map
 
 GRID_STREAMS = ("image", "lidar", "odometry")
-"""The first of these that a recording has spans the grid."""
+"""The first of these that lasts for two ticks spans the grid."""
 MIN_ROWS = 2
 
 
@@ -75,18 +75,7 @@ def plan_episode(
         raise DatasetsError(_nothing_usable(recording, topics), where=recording.path, cure=_CURE_NOTHING)
     joint_names = fixed.joint_names if fixed is not None else tuple(robot.joint_names)
     scan = scan_recording(recording, topics, joint_names, advance)
-    grid_stream = next((name for name in GRID_STREAMS if name in scan.streams), None)
-    if grid_stream is None:
-        raise DatasetsError(_nothing_usable(recording, topics), where=recording.path, cure=_CURE_NOTHING)
-    times = _times(scan, grid_stream)
-    stamps = times[grid_stream].stamps_ns
-    ticks = grid_ticks(int(stamps[0]), int(stamps[-1]), config.fps)
-    if ticks.size < MIN_ROWS:
-        raise DatasetsError(
-            f"{grid_stream} spans {(stamps[-1] - stamps[0]) * 1e-9:.3f} s, less than two ticks at {config.fps} Hz",
-            where=recording.path,
-            cure="record longer, or raise fps=",
-        )
+    grid_stream, times, ticks = _grid(recording, topics, scan, config.fps)
     found = _contents(scan)
     contents = fixed or found
     small = {name: TimedStream.of(stream, times[name]) for name, stream in scan.streams.items() if name not in LARGE}
@@ -133,8 +122,32 @@ def _nothing_usable(recording: Recording, topics: TopicMap) -> str:
         return "no usable stream: the recording has no messages"
     others = ", ".join(f"{topic.name} ({topic.type}: {topic.reason})" for topic in topics.not_used)
     used = ", ".join(f"{stream} {topic}" for stream, topic in topics.streams().items())
-    parts = [f"found {used}" if used else "", f"not used: {others}" if others else ""]
+    transforms = ", ".join(topics.transforms)
+    parts = [
+        f"found {used}" if used else "",
+        f"transforms {transforms}" if transforms else "",
+        f"not used: {others}" if others else "",
+    ]
     return f"no usable stream: {'; '.join(part for part in parts if part)}"
+
+
+def _grid(
+    recording: Recording, topics: TopicMap, scan: Scan, fps: int
+) -> tuple[str, dict[str, StreamTime], Int64[np.ndarray, " ticks"]]:
+    """The first stream that spans two ticks, every stream's time on its clock, and the ticks."""
+    spans = []
+    for name in GRID_STREAMS:
+        if name in scan.streams:
+            times = _times(scan, name)
+            stamps = times[name].stamps_ns
+            ticks = grid_ticks(int(stamps[0]), int(stamps[-1]), fps)
+            if ticks.size >= MIN_ROWS:
+                return name, times, ticks
+            spans.append(f"{name} spans {(stamps[-1] - stamps[0]) * 1e-9:.3f} s")
+    if not spans:
+        raise DatasetsError(_nothing_usable(recording, topics), where=recording.path, cure=_CURE_NOTHING)
+    what = f"{', '.join(spans)}: less than two ticks at {fps} Hz"
+    raise DatasetsError(what, where=recording.path, cure="record longer, or raise fps=")
 
 
 def _times(scan: Scan, grid_stream: str) -> dict[str, StreamTime]:

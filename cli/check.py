@@ -1,0 +1,35 @@
+"""``navtool check``."""
+
+from pathlib import Path
+
+import typer
+
+
+def check(
+    dataset: Path = typer.Argument(..., help="Folder of the data set.", show_default=False),
+    as_json: bool = typer.Option(False, "--json", help="Print JSON."),
+) -> None:
+    """Check a data set down to the last row.
+
+    Also every video frame, footer and file beside it. The exit code is 1 if anything fails.
+    """
+    from navtool.cli.console import console, print_json, print_table
+    from navtool.datasets.check import check_dataset
+
+    with console(error=True).status("checking") as status:
+        report = check_dataset(dataset, lambda name: status.update(f"checking {name}"))
+    if as_json:
+        print_json(report.to_json())
+    else:
+        if report.findings:
+            print_table(
+                "Findings",
+                ("severity", "check", "where", "what"),
+                ((f.severity.value, f.check, f.where, f.message) for f in report.findings),
+            )
+        fails = sum(finding.severity.value == "FAIL" for finding in report.findings)
+        verdict = "passed" if report.passed else "FAILED"
+        looked = f"{len(report.checks)} checks over {report.episodes} episodes, {report.rows} rows"
+        console().print(f"{verdict}: {looked}; {fails} FAIL, {len(report.findings) - fails} WARN", markup=False)
+    if not report.passed:
+        raise typer.Exit(1)

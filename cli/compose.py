@@ -1,0 +1,88 @@
+"""From a YAML file, a schema and ``key=value`` overrides to a typed configuration."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from navtool.pipeline.errors import NavtoolError
+
+_CURE = "known keys and their units stand in the dataclasses that the README names; `train --cfg job` prints them"
+
+
+class UsageError(NavtoolError):
+    """The command was not called rightly; exit code 2."""
+
+
+def compose[T](config: str, overrides: Sequence[str], result: type[T]) -> T:
+    """The configuration that an override list gives.
+
+    Raises:
+        UsageError: If an override is malformed, names an unknown key or gives a value out of range.
+    """
+    from hydra import compose as hydra_compose
+    from hydra import initialize_config_dir
+    from hydra.core.global_hydra import GlobalHydra
+
+    from navtool.configs.schema import config_folder, register
+
+    register(config)
+    GlobalHydra.instance().clear()
+    with usage_errors(), initialize_config_dir(str(config_folder()), version_base="1.3"):
+        return to_typed(hydra_compose(config, list(overrides)), result)
+
+
+def to_typed[T](composed: object, result: type[T]) -> T:
+    """A composed configuration as the dataclass behind it, whose own checks run now.
+
+    Raises:
+        UsageError: If a value is out of range.
+    """
+    from omegaconf import OmegaConf
+
+    try:
+        with usage_errors():
+            typed = OmegaConf.to_object(composed)  # type: ignore[arg-type]
+    except UsageError:
+        raise
+    except NavtoolError as error:
+        raise UsageError(error.what, where=error.where, cure=error.cure) from error
+    except ValueError as error:
+        raise UsageError(_readable(error), cure=_CURE) from error
+    if not isinstance(typed, result):
+        raise TypeError(f"composed {type(typed).__name__} instead of {result.__name__}")
+    return typed
+
+
+@contextmanager
+def usage_errors() -> Iterator[None]:
+    """Turn what Hydra and OmegaConf raise about a configuration into one readable message."""
+    from hydra.errors import HydraException
+    from omegaconf.errors import OmegaConfBaseException
+
+    try:
+        yield
+    except (HydraException, OmegaConfBaseException) as error:
+        raise UsageError(_readable(error), cure=_CURE) from error
+
+
+def _readable(error: BaseException) -> str:
+    """The innermost message that says something, on one line."""
+    messages = []
+    current: BaseException | None = error
+    while current is not None:
+        text = " ".join(line.strip() for line in str(current).splitlines() if _says_something(line))
+        text = text.partition(" Config search path:")[0].replace(" robot_schema", "")
+        if text and text not in messages:
+            messages.append(text)
+        current = current.__cause__
+    return messages[0] if len(messages) == 1 else f"{messages[0]} ({messages[-1]})"
+
+
+def _says_something(line: str) -> bool:
+    noise = ("full_key:", "reference_type=", "object_type=", "See https://", "Set the environment variable")
+    return bool(line.strip()) and not line.strip().startswith(noise)
+
+
+def quoted(value: object) -> str:
+    """A value as an override's right-hand side: Hydra takes it literally."""
+    text = str(value).replace("\\", "\\\\").replace("'", "\\'")
+    return f"'{text}'"

@@ -1,0 +1,22 @@
+"""``navtool export``."""
+
+from pathlib import Path
+
+import typer
+
+
+def export(
+    run: Path = typer.Argument(..., help="A finished training run.", show_default=False),
+    out: Path = typer.Option(..., "--out", help="Folder of the artefact; must not exist.", show_default=False),
+    overwrite: bool = typer.Option(False, "--overwrite", help="Replace an artefact that is there."),
+) -> None:
+    """Turn a run into an artefact for the robot.
+
+    A folder with the TorchScript model, a manifest with contract, lineage and hashes, and a golden input and output.
+    """
+    from navtool.cli.console import console
+    from navtool.export.torchscript import export_run
+
+    with console(error=True).status("exporting"):
+        artefact = export_run(run, out, overwrite=overwrite)
+    console().print(f"artefact: {artefact}\nverify it with: navtool verify {artefact}", markup=False)

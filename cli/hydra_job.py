@@ -1,0 +1,38 @@
+"""Running a command's work as a Hydra application: multirun, launchers and sweepers plug in."""
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
+
+
+def run_through_hydra(job: "Callable[[DictConfig], float]", config: str, arguments: Sequence[str]) -> None:
+    """Hand a job to Hydra with these command-line arguments.
+
+    Raises:
+        UsageError: If an override is wrong.
+        NavtoolError: What the job itself raises.
+    """
+    import hydra
+    from hydra.core.global_hydra import GlobalHydra
+
+    from navtool.cli.compose import usage_errors
+    from navtool.configs.schema import config_folder, register
+
+    register(config)
+    GlobalHydra.instance().clear()
+    before, full_error = sys.argv, os.environ.get("HYDRA_FULL_ERROR")
+    sys.argv = [f"navtool {config}", *arguments]
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises instead of printing a traceback and leaving the process
+    try:
+        with usage_errors():
+            hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=config)(job)()
+    finally:
+        sys.argv = before
+        if full_error is None:
+            del os.environ["HYDRA_FULL_ERROR"]
+        else:
+            os.environ["HYDRA_FULL_ERROR"] = full_error

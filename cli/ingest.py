@@ -1,0 +1,78 @@
+"""``navtool ingest``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from navtool.datasets.ingest.ingest import IngestReport
+
+
+def ingest(
+    arguments: list[str] = typer.Argument(
+        ..., metavar="BAG... [KEY=VALUE]...", help="Recordings, or folders of them; then overrides.", show_default=False
+    ),
+    out: Path = typer.Option(..., "--out", help="Folder of the data set; made, or appended to.", show_default=False),
+    robot: str | None = typer.Option(None, "--robot", help="Robot preset, or a file as `inspect --write-robot` saves."),
+    dry_run: bool = typer.Option(False, "--dry-run", help="Read and plan everything, write nothing."),
+    allow_missing: bool = typer.Option(False, "--allow-missing", help="Take recordings that lack some streams."),
+    as_json: bool = typer.Option(False, "--json", help="Print JSON."),
+) -> None:
+    """Turn recordings into a data set (LeRobot v3).
+
+    Each recording becomes one episode. Recordings that are in the data set already are skipped; one that cannot become
+    an episode is reported with its reason, and the exit code is then 1.
+    """
+    from navtool.cli.arguments import split_overrides
+    from navtool.cli.console import print_json
+    from navtool.cli.progress import IngestProgress
+    from navtool.cli.robots import ingest_job
+    from navtool.datasets.ingest.ingest import ingest as run
+
+    paths, overrides = split_overrides(arguments)
+    job = ingest_job(robot, overrides)
+    with IngestProgress() as progress:
+        report = run(
+            [Path(path) for path in paths],
+            out,
+            job.robot,
+            job.config(),
+            dry_run=dry_run,
+            allow_missing=allow_missing,
+            progress=progress,
+        )
+    if as_json:
+        print_json(report.to_json())
+    else:
+        print_ingest(report)
+    if report.quarantined:
+        raise typer.Exit(1)
+
+
+def print_ingest(report: "IngestReport") -> None:
+    """The report for a person: episodes, what was left out and why, and where the data set lies."""
+    from navtool.cli.console import console, print_notes, print_table
+
+    if report.episodes:
+        print_table(
+            "Episodes (planned, nothing written)" if report.dry_run else "Episodes",
+            ("episode", "recording", "rows", "streams"),
+            (
+                (e.episode, e.source, e.rows, ", ".join(f"{s} {t}" for s, t in e.topics.items()))
+                for e in report.episodes
+            ),
+        )
+    if report.dropped:
+        print_table("Messages without a row", ("reason", "messages"), report.dropped.items())
+    unused = {(t["name"], t["type"], t["reason"]) for e in report.episodes for t in e.not_used}
+    if unused:
+        print_table("Topics not used", ("topic", "type", "reason"), sorted(unused))
+    if report.quarantined:
+        print_table("Not ingested", ("recording", "reason"), ((q.path, q.reason) for q in report.quarantined))
+    print_notes(dict.fromkeys(note for e in report.episodes for note in e.notes))
+    print_notes(f"{source}: in the data set already, skipped" for source in report.skipped)
+    done = f"{len(report.episodes)} episodes, {report.rows} rows from {report.bytes_in / 1e6:.1f} MB"
+    cost = f"{report.seconds:.1f} s, at most {report.peak_rss_mib:.0f} MiB of memory"
+    where = "planned, nothing written" if report.dry_run else f"data set: {report.dataset}"
+    console().print(f"{done} in {cost}; {where}", markup=False)

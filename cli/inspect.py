@@ -1,0 +1,56 @@
+"""``navtool inspect``."""
+
+from pathlib import Path
+
+import typer
+
+
+def inspect(
+    bag: Path = typer.Argument(..., help="A .bag, .mcap or .db3 file, or a rosbag2 folder.", show_default=False),
+    robot: str | None = typer.Option(None, "--robot", help="Robot preset or file whose topics to look for."),
+    write_robot: Path | None = typer.Option(None, "--write-robot", help="Save the topic map as a robot file to edit."),
+    as_json: bool = typer.Option(False, "--json", help="Print JSON."),
+) -> None:
+    """Show what is in a recording.
+
+    Topics, types, rates, gaps, the distance between header and record clocks, and which topic ingest would take for
+    which stream.
+    """
+    from navtool.cli.console import console, print_json, print_notes, print_table
+    from navtool.cli.robots import find_robot
+    from navtool.datasets.inspect import inspect_recording, robot_from
+    from navtool.datasets.robot import save_robot_file
+
+    base = find_robot(robot, ())
+    inspection = inspect_recording(bag, base.topics)
+    if write_robot is not None:
+        save_robot_file(robot_from(base, inspection), write_robot)
+    if as_json:
+        print_json(inspection.to_json())
+        return
+    span_s = (inspection.end_ns - inspection.start_ns) * 1e-9
+    out = console()
+    out.print(f"{inspection.path}: {inspection.format}, {inspection.messages} messages, {span_s:.1f} s", markup=False)
+    used = {topic: stream for stream, topic in inspection.topic_map.streams().items()}
+    used |= dict.fromkeys(inspection.topic_map.transforms, "transforms")
+    why = {topic.name: topic.reason for topic in inspection.topic_map.not_used}
+    print_table(
+        "Topics",
+        ("topic", "type", "count", "rate Hz", "longest gap s", "time", "header - record s", "feeds"),
+        (
+            (
+                topic.name,
+                topic.type,
+                topic.count,
+                topic.rate_hz,
+                topic.gap_max_s,
+                topic.time,
+                topic.clock_offset_s,
+                used.get(topic.name) or f"not used: {why.get(topic.name, '')}",
+            )
+            for topic in inspection.topics
+        ),
+    )
+    print_notes(inspection.topic_map.notes)
+    if write_robot is not None:
+        out.print(f"robot file: {write_robot}", markup=False)

@@ -1,0 +1,50 @@
+"""``navtool label``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from navtool.datasets.labels.report import LabelReport
+
+
+def label(
+    dataset: Path = typer.Argument(..., help="Folder of the data set.", show_default=False),
+    overrides: list[str] | None = typer.Argument(None, metavar="[KEY=VALUE]...", help="Overrides of the rules."),
+    events: Path | None = typer.Option(None, "--events", help="CSV or JSON: bag, start, end, outcome, reason."),
+    as_json: bool = typer.Option(False, "--json", help="Print JSON."),
+) -> None:
+    """Label every row with its outcome.
+
+    Rules look at the robot's own signals for collisions, standstills, falls and interventions; an events file
+    overrides them. All labels change in one step, however often it is run.
+    """
+    from navtool.cli.compose import compose
+    from navtool.cli.console import console, print_json
+    from navtool.datasets.labels.apply import label_dataset
+    from navtool.datasets.labels.config import LabelConfig
+
+    config = compose("label", overrides or [], LabelConfig)
+    with console(error=True).status("labelling"):
+        report = label_dataset(dataset, config, events)
+    if as_json:
+        print_json(report.to_json())
+    else:
+        print_labels(report, dataset)
+
+
+def print_labels(report: "LabelReport", dataset: Path) -> None:
+    """The report for a person."""
+    from navtool.cli.console import console, print_notes, print_table
+
+    table = [("failed", report.failed_rows), ("negative samples", report.negatives), *sorted(report.reasons.items())]
+    print_table("Labelled rows", ("what", "rows"), table)
+    print_notes(
+        f"rule {rule}: not applicable to {len(episodes)} of {report.episodes} episodes: {reason}"
+        for rule, found in report.rules.items()
+        for reason, episodes in found.not_applicable.items()
+    )
+    known = report.known_steps / report.all_steps
+    done = f"{report.rows} rows in {report.episodes} episodes, {known:.0%} of the predicted steps known"
+    console().print(f"{done}; {len(report.rewritten)} episodes rewritten; data set: {dataset}", markup=False)

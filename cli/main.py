@@ -1,0 +1,69 @@
+"""The command line: the tree of commands, and what becomes of errors."""
+
+import logging
+import sys
+
+import typer
+
+from navtool.cli.check import check
+from navtool.cli.console import print_error
+from navtool.cli.demo import demo
+from navtool.cli.evaluate import evaluate
+from navtool.cli.export import export
+from navtool.cli.ingest import ingest
+from navtool.cli.inspect import inspect
+from navtool.cli.label import label
+from navtool.cli.train import train
+from navtool.cli.verify import verify
+from navtool.pipeline.errors import NavtoolError
+
+app = typer.Typer(
+    name="navtool",
+    help="From raw robot recordings to verified navigation models.",
+    epilog="Options say where and how, trailing key=value overrides say what. Exit codes: 0 ok, 1 failed, 2 usage.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"navtool {version('navtool')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    _version: bool = typer.Option(
+        False, "--version", callback=_print_version, is_eager=True, help="Print the version."
+    ),
+    verbose: bool = typer.Option(False, "--verbose", "-v", help="Log what happens inside to standard error."),
+) -> None:
+    """From raw robot recordings to verified navigation models."""
+    level = logging.DEBUG if verbose else logging.ERROR
+    logging.basicConfig(level=level, format="%(levelname)s %(name)s: %(message)s")
+
+
+for command in (inspect, ingest, label, check, train, evaluate, export, verify, demo):
+    app.command()(command)
+
+
+def main() -> None:
+    """Run the command line; every error of ours becomes one message and an exit code."""
+    try:
+        app()
+    except NavtoolError as error:
+        from navtool.cli.compose import UsageError
+
+        print_error(str(error))
+        sys.exit(2 if isinstance(error, UsageError) else 1)
+    except KeyboardInterrupt:
+        print_error("interrupted; what was reported as done stays, run the same command again to go on")
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(1)

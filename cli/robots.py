@@ -1,0 +1,44 @@
+"""Finding the robot that a command is about: a preset, a file, or overrides."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from navtool.configs.ingest_job import IngestJob
+    from navtool.datasets.robot import RobotConfig
+
+
+def ingest_job(robot: str | None, overrides: Sequence[str]) -> "IngestJob":
+    """The job that ``--robot`` and the overrides give; overrides win over the preset or the file.
+
+    Args:
+        robot: Name of a preset, or the path of a robot file (it has a suffix or a slash); None for the generic one.
+    """
+    import yaml
+
+    from navtool.cli.compose import UsageError, compose, quoted
+    from navtool.configs.ingest_job import IngestJob
+    from navtool.datasets.lineage import plain
+    from navtool.datasets.robot import load_robot_file
+
+    if robot is None:
+        return compose("ingest", overrides, IngestJob)
+    if any(override.startswith("robot=") for override in overrides):
+        raise UsageError("--robot and robot= both name a robot", cure="use one of them")
+    if "/" not in robot and "." not in robot:
+        return compose("ingest", [f"robot={robot}", *overrides], IngestJob)
+    content = yaml.safe_dump(plain(load_robot_file(Path(robot))))
+    with TemporaryDirectory() as folder:
+        # Hydra takes groups from folders only: the checked file becomes the one option of a group beside ours.
+        option = Path(folder) / "robot" / "from_file.yaml"
+        option.parent.mkdir()
+        option.write_text(f"defaults:\n  - robot_schema\n{content}", encoding="utf-8")
+        found = [f"hydra.searchpath=[{quoted(f'file://{folder}')}]", "robot=from_file"]
+        return compose("ingest", [*found, *overrides], IngestJob)
+
+
+def find_robot(robot: str | None, overrides: Sequence[str]) -> "RobotConfig":
+    """The robot that ``--robot`` and the overrides give."""
+    return ingest_job(robot, overrides).robot

@@ -1,0 +1,80 @@
+"""``navtool train``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
+
+    from navtool.train.run import RunResult
+
+
+def train(
+    overrides: list[str] | None = typer.Argument(None, metavar="[KEY=VALUE]...", help="Such as trainer.epochs=5."),
+    data: Path | None = typer.Option(None, "--data", help="Folder of the data set (or dataset=FOLDER)."),
+    out: Path | None = typer.Option(None, "--out", help="Run folder, or folder of the runs with -m."),
+    multirun: bool = typer.Option(False, "--multirun", "-m", help="Run every combination of comma-separated values."),
+    cfg: str | None = typer.Option(None, "--cfg", help="Print the configuration (job, hydra or all)."),
+    resume: Path | None = typer.Option(None, "--resume", help="Go on with an interrupted run from its last epoch."),
+) -> None:
+    """Train a model on a labelled data set.
+
+    Goes through Hydra, so that its launchers and sweepers plug in.
+    """
+    from navtool.cli.compose import UsageError, quoted
+    from navtool.cli.hydra_job import run_through_hydra
+
+    if resume is not None:
+        if overrides or data or out or multirun or cfg:
+            raise UsageError("--resume goes on with a run as it was configured", cure="pass --resume RUN alone")
+        print_run(resume_run(resume))
+        return
+    arguments = list(overrides or [])
+    if data is not None:
+        arguments.append(f"dataset={quoted(data.resolve())}")
+    if out is not None:
+        arguments.append(f"hydra.{'sweep' if multirun else 'run'}.dir={quoted(out)}")
+    if multirun:
+        arguments.append("--multirun")
+    if cfg is not None:
+        arguments += ["--cfg", cfg]
+    run_through_hydra(train_job, "train", arguments)
+
+
+def train_job(composed: "DictConfig") -> float:
+    """One job: train into Hydra's output folder; the value is what a sweeper minimises (best validation loss)."""
+    from hydra.core.hydra_config import HydraConfig
+    from omegaconf import OmegaConf
+
+    from navtool.cli.compose import UsageError, to_typed
+    from navtool.configs.train_job import TrainJob
+    from navtool.train.run import train as run
+
+    if OmegaConf.is_missing(composed, "dataset"):
+        raise UsageError("no data set was named", where="train", cure="pass --data FOLDER")
+    job = to_typed(composed, TrainJob)
+    result = run(job.config(), Path(job.dataset), Path(HydraConfig.get().runtime.output_dir), progress=True)
+    print_run(result)
+    return result.best_val_loss
+
+
+def resume_run(path: Path) -> "RunResult":
+    """Go on with an interrupted run."""
+    from navtool.train.run import resume
+
+    return resume(path, progress=True)
+
+
+def print_run(result: "RunResult") -> None:
+    """What a run did, and where it lies."""
+    from navtool.cli.console import console
+
+    out = console()
+    out.print(
+        f"{result.epochs} epochs in {result.seconds:.1f} s, {result.samples_per_s:.1f} samples/s, "
+        f"best validation loss {result.best_val_loss:.4f}",
+        markup=False,
+    )
+    out.print(f"run: {result.run}", markup=False)

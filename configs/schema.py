@@ -1,0 +1,44 @@
+"""The table of configurations that Hydra composes: which dataclass stands behind which YAML file.
+
+A default stands once, in the dataclass beside the code that it configures; the YAML files say only what differs.
+"""
+
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import NamedTuple
+
+from hydra.core.config_store import ConfigStore
+
+
+class Schema(NamedTuple):
+    """A dataclass under the name by which a YAML file's defaults list calls it."""
+
+    name: str
+    dataclass: str
+    """``module:class``, imported when its configuration is composed: only training loads torch."""
+    group: str | None = None
+
+
+SCHEMAS: dict[str, tuple[Schema, ...]] = {
+    "ingest": (
+        Schema("ingest_schema", "navtool.configs.ingest_job:IngestJob"),
+        Schema("robot_schema", "navtool.datasets.robot:RobotConfig", "robot"),
+    ),
+    "label": (Schema("label_schema", "navtool.datasets.labels.config:LabelConfig"),),
+    "train": (
+        Schema("train_schema", "navtool.configs.train_job:TrainJob"),
+        Schema("graspe_schema", "navtool.train.graspe.config:GraspeConfig", "model"),
+    ),
+}
+"""The configurations by the names of their YAML files."""
+
+
+def config_folder() -> Path:
+    """The folder of the YAML files, wherever navtool is installed."""
+    return Path(__file__).resolve().parent
+
+
+def register(config: str) -> None:
+    """Make the schemas of a configuration known to Hydra; twice does no harm."""
+    for schema in SCHEMAS[config]:
+        ConfigStore.instance().store(name=schema.name, node=resolve_name(schema.dataclass), group=schema.group)

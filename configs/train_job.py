@@ -1,0 +1,19 @@
+"""What ``navtool train`` is configured with."""
+
+from dataclasses import dataclass, fields
+
+from omegaconf import MISSING
+
+from navtool.train.config import TrainConfig
+
+
+@dataclass(kw_only=True, slots=True)
+class TrainJob(TrainConfig):
+    """The configuration of a run, and the data set that it trains on."""
+
+    dataset: str = MISSING
+    """Folder of the data set."""
+
+    def config(self) -> TrainConfig:
+        """The run's configuration alone."""
+        return TrainConfig(**{entry.name: getattr(self, entry.name) for entry in fields(TrainConfig)})
