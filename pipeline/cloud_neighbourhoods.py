@@ -8,10 +8,10 @@ from scipy.spatial import cKDTree
 
 from navtool.pipeline.arrays import Array
 
-_AZIMUTH_CELLS = 900
+_AZIMUTH_CELLS = 720
 _RING_STEP_RAD = np.radians(1.3)
 _WINDOW_ROWS = 2
-_WINDOW_COLUMNS = 8
+_WINDOW_COLUMNS = 6
 
 
 class Neighbourhoods(NamedTuple):
@@ -30,8 +30,8 @@ def ring_neighbourhoods(
 ) -> Neighbourhoods:
     """The neighbours in a window along ring and azimuth of up to `max_points` points, evenly spread over the cloud.
 
-    The cloud is laid on a grid of azimuth cells of 0.4 degrees (the last point of a cell stays) and of rings at least
-    1.3 degrees apart, so that a window of 5 rings and 17 cells is about as high as wide for any sensor. Of the points
+    The cloud is laid on a grid of azimuth cells of 0.5 degrees (the last point of a cell stays) and of rings at least
+    1.3 degrees apart, so that a window of 5 rings and 13 cells is about as high as wide for any sensor. Of the points
     in the window those count that are within `reach` times the centre's distance from the sensor: a window alone mixes
     what stands in front with what stands behind it.
 

@@ -45,7 +45,7 @@ class CloudReliabilityConfig:
     """Number of nearest neighbours, at least 3; for clouds without rings."""
     min_neighbours: int = 6
     """A point with fewer neighbours is on no feature, at least 2."""
-    max_points: int = 1000
+    max_points: int = 800
     """Number of points to look at, evenly spread over the cloud, at least 1."""
 
     def __post_init__(self) -> None:
