@@ -1,0 +1,124 @@
+"""Replacing several files of a data set in one step: all of them or none, whenever the process or the machine stops."""
+
+import fcntl
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from navtool.datasets.errors import DatasetsError, OutputError
+from navtool.datasets.files import read_json, write_json
+from navtool.datasets.layout import Layout
+
+_SUFFIX = ".new"
+_STAGED_IN = ("data", "meta", "navtool")
+_CURE = "check the disk's space and the folder's rights, then run the command again"
+
+
+def staged(target: Path) -> Path:
+    """Where the new content of a file is written before it is committed; beside it, so that a rename moves it."""
+    return target.with_name(target.name + _SUFFIX)
+
+
+def journal_path(root: Path) -> Path:
+    """The journal: while it is there, the files that it names are being replaced."""
+    return Layout(root).beside / "journal.json"
+
+
+def commit(root: Path, targets: Sequence[Path], step: Callable[[int], None] | None = None) -> None:
+    """Replace each target by its staged file. The caller holds the data set's lock.
+
+    The journal's appearance is the one moment that counts: stopped before it, nothing has changed; stopped after it,
+    ``recover`` finishes the step.
+
+    Args:
+        root: The data set.
+        targets: Files of the data set, each with a complete staged file.
+        step: Called with the number of replaced files so far, before each and at the end.
+
+    Raises:
+        OutputError: If a file cannot be written.
+    """
+    try:
+        for target in targets:
+            _sync(staged(target))
+        for folder in {target.parent for target in targets}:
+            _sync(folder)
+        write_json(journal_path(root), {"files": [target.relative_to(root).as_posix() for target in targets]})
+        _sync(journal_path(root).parent)
+    except OSError as error:
+        raise OutputError(f"cannot be written ({error.strerror})", where=root, cure=_CURE) from error
+    finish(root, step)
+
+
+def recover(root: Path) -> bool:
+    """Finish a replacement that was interrupted; for readers, and cheap where there is none. True if there was one.
+
+    Raises:
+        DatasetsError: If another process is writing to the data set, or the journal is damaged.
+        OutputError: If a file cannot be written.
+    """
+    if not journal_path(root).exists():
+        return False
+    try:
+        with Layout(root).lock.open("a") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return finish(root)
+    except BlockingIOError as error:
+        raise DatasetsError("another process is writing to it", where=root, cure="wait until it is done") from error
+    except OSError as error:
+        raise OutputError(f"cannot be written ({error.strerror})", where=root, cure=_CURE) from error
+
+
+def finish(root: Path, step: Callable[[int], None] | None = None) -> bool:
+    """Like ``recover``, for a caller that holds the data set's lock; also removes staged files without a journal.
+
+    Raises:
+        DatasetsError: If the journal is damaged.
+        OutputError: If a file cannot be written.
+    """
+    announce = step or _ignore
+    journal = journal_path(root)
+    pending = journal.exists()
+    try:
+        if pending:
+            targets = _targets(root)
+            for number, target in enumerate(targets):
+                announce(number)
+                if staged(target).exists():
+                    staged(target).replace(target)
+            announce(len(targets))
+            for parent in {target.parent for target in targets}:
+                _sync(parent)
+            journal.unlink()
+            _sync(journal.parent)
+        for folder in _STAGED_IN:
+            for left in (root / folder).rglob(f"*{_SUFFIX}"):
+                left.unlink()
+    except OSError as error:
+        raise OutputError(f"cannot be written ({error.strerror})", where=root, cure=_CURE) from error
+    return pending
+
+
+def _targets(root: Path) -> list[Path]:
+    names = read_json(journal_path(root), "restore the data set from a copy").get("files")
+    targets = [root / str(name) for name in names] if isinstance(names, list) else []
+    outside = [target for target in targets if not target.resolve().is_relative_to(root.resolve())]
+    if not targets or outside:
+        raise DatasetsError(
+            f"names {outside[0]}, outside of the data set" if outside else "names no files",
+            where=journal_path(root),
+            cure="restore the data set from a copy",
+        )
+    return targets
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _ignore(_number: int) -> None:
+    return None
