@@ -10,6 +10,7 @@ their r_point; "scenes" ranks whole clouds. Run: `python benchmarks/cloud_reliab
 
 import os
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -100,8 +101,8 @@ def simulated_scan(seed: int, *, vegetated: bool) -> LabelledCloud:
     ring = np.tile(np.arange(16, dtype=np.uint16), len(azimuth))
     direction = np.column_stack([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)])
     origin = np.array([0.0, 0.0, 0.7])
-    distance = np.where(direction[:, 2] < 0, -origin[2] / np.minimum(direction[:, 2], -1e-9), np.inf)
-    kind = np.full(len(distance), STRUCTURE)
+    distance: Floats = np.where(direction[:, 2] < 0, -origin[2] / np.minimum(direction[:, 2], -1e-9), np.inf)
+    kind: NDArray[np.int64] = np.full(len(distance), STRUCTURE)
     places = rng.uniform(3.0, 20.0, 25), rng.uniform(0.0, 2 * np.pi, 25)
     for radius, angle in zip(*places, strict=True):
         centre = np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
@@ -127,7 +128,7 @@ def simulated_scan(seed: int, *, vegetated: bool) -> LabelledCloud:
 def _structure_size(rng: np.random.Generator) -> Floats:
     """A wall, a box or a pole."""
     shapes = np.array([[4.0, 0.3, 2.5], [1.5, 1.5, 1.2], [0.25, 0.25, 3.0]])
-    size = shapes[rng.integers(len(shapes))] * rng.uniform(0.7, 1.3, 3)
+    size: Floats = shapes[rng.integers(len(shapes))] * rng.uniform(0.7, 1.3, 3)
     return size[[1, 0, 2]] if rng.random() < 0.5 else size
 
 
@@ -201,9 +202,9 @@ def known_points(cloud: LabelledCloud, method: CloudFeatureMethod) -> tuple[NDAr
     config = CloudReliabilityConfig(method=method, max_points=20_000)
     features = cloud_features(cloud.xyz, cloud.ring, config)
     score = config.edge_weight * features.edge + config.planar_weight * features.planar
-    kind = cloud.kind[features.index]
+    kind = cloud.kind[features.at]
     known = kind != NEITHER
-    return cloud.xyz[features.index[known], :2], Ranked(score[known], kind[known])
+    return cloud.xyz[features.at[known], :2], Ranked(score[known], kind[known])
 
 
 def measured(data: str, level: str, ranked: dict[CloudFeatureMethod, Ranked]) -> Measured:
@@ -254,7 +255,7 @@ def time_rows() -> list[Row]:
     rows = []
     for method in CloudFeatureMethod:
         config = CloudReliabilityConfig(method=method)
-        (seconds,) = median_seconds(lambda config=config: cloud_reliability(xyz, ring, config), rounds=20)
+        (seconds,) = median_seconds(partial(cloud_reliability, xyz, ring, config), rounds=20)
         what = f"{method}, 28,800 points, 16 rings"
         rows.append(Row(what=what, ours=1000 * seconds, unit="ms", bar=5.0, holds=seconds <= 0.005))
     return rows

@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Float64, Int64, Integer
+from jaxtyping import Bool, Float, Float32, Float64, Int64, Integer
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.cloud_neighbourhoods import Neighbourhoods, nearest_neighbourhoods, ring_neighbourhoods
@@ -75,7 +75,7 @@ class CloudReliability(NamedTuple):
 class CloudFeatures(NamedTuple):
     """What the looked-at points of a cloud lie on."""
 
-    index: Int64[Array, " m"]
+    at: Int64[Array, " m"]
     """The points' indices in the cloud."""
     edge: Bool[Array, " m"]
     """The point lies on an edge."""
@@ -103,7 +103,7 @@ def cloud_reliability(
     Reference: GrASPE, eq. (4) and (5).
     """
     features = cloud_features(xyz, ring, config)
-    if not len(features.index):
+    if not len(features.at):
         return CloudReliability(0.0, 0.0, 0.0)
     edge, planar = float(features.edge.mean()), float(features.planar.mean())  # eq. (4)
     weighted = config.edge_weight * edge + config.planar_weight * planar  # eq. (5)
@@ -143,7 +143,7 @@ def cloud_features(
 
 
 def _smoothness(
-    around: Neighbourhoods, columns: Float[Array, "3 n"], method: CloudFeatureMethod
+    around: Neighbourhoods, columns: Float32[Array, "3 n"], method: CloudFeatureMethod
 ) -> Float64[Array, " m"]:
     r"""The surface smoothness of each centre.
 
@@ -160,7 +160,7 @@ def _smoothness(
         scale = np.linalg.norm(columns[:, around.centre], axis=0) * around.size
     else:
         scale = np.linalg.norm(around.difference, axis=0).sum(axis=1)
-    return offset / np.where(scale > 0, scale, 1.0)  # eq. (3)
+    return np.asarray(offset / np.where(scale > 0, scale, 1.0))  # eq. (3)
 
 
 def _by_dimensionality(around: Neighbourhoods) -> tuple[Bool[Array, " m"], Bool[Array, " m"]]:
