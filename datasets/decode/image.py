@@ -13,6 +13,7 @@ from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.arrays import Array
 
 type Pixels = UInt8[Array, "h w *channels"]
+type Rgb = UInt8[Array, "h w 3"]
 
 
 class _Layout(NamedTuple):
@@ -20,17 +21,17 @@ class _Layout(NamedTuple):
 
     channels: int
     sample_bytes: int
-    to_rgb: Callable[[Pixels], Pixels]
+    to_rgb: Callable[[Pixels], Rgb]
 
 
-def _converted(code: int) -> Callable[[Pixels], Pixels]:
-    def convert(pixels: Pixels) -> Pixels:
+def _converted(code: int) -> Callable[[Pixels], Rgb]:
+    def convert(pixels: Pixels) -> Rgb:
         return np.asarray(cv2.cvtColor(pixels, code), np.uint8)
 
     return convert
 
 
-def _as_it_is(pixels: Pixels) -> Pixels:
+def _as_it_is(pixels: Pixels) -> Rgb:
     return pixels
 
 
@@ -92,7 +93,7 @@ def refuse_depth(encoding: str) -> None:
         )
 
 
-def demosaiced(mosaic: UInt8[Array, "h w"], encoding: str) -> Pixels:
+def demosaiced(mosaic: UInt8[Array, "h w"], encoding: str) -> Rgb:
     """The RGB image of a Bayer mosaic; the encoding is one of ``bayer_*8``.
 
     Raises:

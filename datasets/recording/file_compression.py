@@ -4,12 +4,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import BinaryIO
 
 import zstandard
 
+from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.foreign import translated
 
 _MAGIC = b"\x28\xb5\x2f\xfd"
+_BLOCK_BYTES = 1 << 20
 
 
 @contextmanager
@@ -31,5 +34,17 @@ def unpacked(file: Path) -> Iterator[Path]:
             file.open("rb") as stream,
             contents.open("wb") as target,
         ):
-            zstandard.ZstdDecompressor().copy_stream(stream, target)
+            _decompress(stream, target)
         yield contents
+
+
+def _decompress(stream: BinaryIO, target: BinaryIO) -> None:
+    frame = zstandard.ZstdDecompressor().decompressobj()
+    while block := stream.read(_BLOCK_BYTES):
+        while block:
+            if frame.eof:
+                frame = zstandard.ZstdDecompressor().decompressobj()
+            target.write(frame.decompress(block))
+            block = frame.unused_data
+    if not frame.eof:
+        raise DatasetsError("the compressed file is truncated", cure="copy it again")

@@ -10,9 +10,9 @@ from navtool.datasets.decode.messages import Decoded
 from navtool.datasets.decode.table import DECODERS
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.foreign import describe
-from navtool.datasets.recording.message_type import MessageType, StampLayout
+from navtool.datasets.recording.message_type import MessageType, StampLayout, message_type
 from navtool.datasets.recording.raw import RawMessage, RecordingFormat, Topic
-from navtool.datasets.recording.source import Channel, Definition, Source
+from navtool.datasets.recording.source import Channel, Source
 
 
 class Recording:
@@ -47,7 +47,6 @@ class Recording:
         self._open = True
         self._ros_distro = ros_distro
         self._types: dict[tuple[str, str], MessageType | DatasetsError] = {}
-        self._defined_types: dict[tuple[str, str, Definition | None], MessageType] = {}
         self._stamps: dict[tuple[str, str], StampLayout | None] = {}
         self._channels: dict[tuple[str, str], list[Channel]] = {}
         for channel in (channel for source in sources for channel in source.channels):
@@ -162,16 +161,12 @@ class Recording:
         if channels is None:
             raise DatasetsError("the message is not one of this recording")
         definitions = {(channel.encoding, channel.definition): channel for channel in channels}
-        first, *others = (self._defined(channel) for channel in definitions.values())
+        first, *others = (
+            message_type(x.type, x.encoding, x.definition, self._ros_distro) for x in definitions.values()
+        )
         if any((other.encoding, other.layout()) != (first.encoding, first.layout()) for other in others):
             raise DatasetsError("the topic carries two different types of this name", cure="filter one publisher out")
         return first
-
-    def _defined(self, channel: Channel) -> MessageType:
-        key = (channel.type, channel.encoding, channel.definition)
-        if key not in self._defined_types:
-            self._defined_types[key] = MessageType(channel, self._ros_distro)
-        return self._defined_types[key]
 
     def _fault(self, raw: RawMessage, what: str, cure: str | None = None) -> DatasetsError:
         return DatasetsError(what, where=f"{self.path}: {raw.topic} ({raw.type}) at {raw.record_ns} ns", cure=cure)
