@@ -202,10 +202,10 @@ class _Video:
         self._stream = self._container.streams.video[0]
         self._stream.thread_type = "SLICE"
         self._frames: Iterator[av.VideoFrame] = iter(())
-        self._next = -1
+        self._next: int | None = None
 
     def frame(self, number: int, fps: int) -> UInt8[np.ndarray, "height width 3"]:
-        if not 0 <= number - self._next <= 1:
+        if self._next is None or not 0 <= number - self._next <= 1:
             time_base = self._stream.time_base
             if time_base is None:
                 raise ValueError("the video has no time base")

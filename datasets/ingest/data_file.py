@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Self
 
 import numpy as np
 import pyarrow as pa
@@ -62,7 +61,7 @@ class DataFile:
         self._first += len(self._points)
         self._points.clear()
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "DataFile":
         return self
 
     def __exit__(

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from navtool.datasets.description import Description
 from navtool.datasets.errors import DatasetsError, OutputError
@@ -24,6 +24,7 @@ from navtool.datasets.schema import Contents, features_of
 logger = logging.getLogger(__name__)
 
 
+@runtime_checkable
 class Progress(Protocol):
     """Who wants to know how far ingest is; the command line draws it."""
 

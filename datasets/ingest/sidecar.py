@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Self
 
 import numpy as np
 import pyarrow as pa
@@ -62,7 +61,7 @@ class CloudFile:
             self._writer.write_table(pa.Table.from_arrays(columns, schema=CLOUD_SCHEMA))
             self._rows.clear()
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "CloudFile":
         return self
 
     def __exit__(

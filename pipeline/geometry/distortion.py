@@ -1,7 +1,7 @@
 """Lens distortion models on the normalised image plane (x / z, y / z)."""
 
 from functools import lru_cache
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float64
@@ -11,6 +11,7 @@ from navtool.pipeline.arrays import Array
 _NEWTON_STEPS = 25
 
 
+@runtime_checkable
 class Distortion(Protocol):
     """A lens model and the field in which it is one to one."""
 

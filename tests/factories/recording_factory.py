@@ -11,7 +11,7 @@ import pytest
 from rosbags import rosbag1, rosbag2
 from rosbags.interfaces import Nodetype
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 type Fields = Mapping[str, Any]
@@ -32,7 +32,7 @@ _ROS2 = {
     "mcap_message": (StoragePlugin.MCAP, CompressionMode.MESSAGE),
     "mcap_file": (StoragePlugin.MCAP, CompressionMode.FILE),
 }
-_MCAP = {
+_MCAP: dict[str, dict[str, Any]] = {
     "mcap_lz4": {"compression": mcap.writer.CompressionType.LZ4, "chunk_size": 200},
     "mcap_small_chunks": {"compression": mcap.writer.CompressionType.ZSTD, "chunk_size": 200},
     "mcap_unchunked": {"use_chunking": False},
@@ -59,17 +59,27 @@ def containers() -> tuple[str, ...]:
     return CONTAINERS
 
 
-@pytest.fixture
-def write_recording(tmp_path: Path) -> Callable[..., Path]:
-    """``write_recording(container, entries, name="bag") -> Path`` of what to open; writes in the order given."""
+@pytest.fixture(scope="session")
+def recording_writer() -> Callable[..., Path]:
+    """``recording_writer(folder, container, entries, name="bag") -> Path`` of what to open, for any folder."""
 
-    def write(container: str, entries: Iterable[Entry], name: str = "bag") -> Path:
-        path = tmp_path / name
+    def write(folder: Path, container: str, entries: Iterable[Entry], name: str = "bag") -> Path:
+        path = folder / name
         if container in _ROS1:
             return _write_ros1(path.with_name(f"{name}.bag"), container, entries)
         if container in _ROS2:
             return _write_ros2(path, container, entries)
         return _write_mcap(path.with_name(f"{name}.mcap"), container, entries)
+
+    return write
+
+
+@pytest.fixture
+def write_recording(tmp_path: Path, recording_writer: Callable[..., Path]) -> Callable[..., Path]:
+    """``write_recording(container, entries, name="bag") -> Path`` of what to open; writes in the order given."""
+
+    def write(container: str, entries: Iterable[Entry], name: str = "bag") -> Path:
+        return recording_writer(tmp_path, container, entries, name)
 
     return write
 
@@ -100,7 +110,11 @@ def cdr() -> Callable[..., bytes]:
 
 @cache
 def _store(*, ros1: bool) -> Typestore:
-    return get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+    for kind in ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"):
+        if kind not in store.fielddefs:
+            store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", kind))
+    return store
 
 
 def _write_ros1(path: Path, container: str, entries: Iterable[Entry]) -> Path:
@@ -136,9 +150,8 @@ def _write_ros2(path: Path, container: str, entries: Iterable[Entry]) -> Path:
 def _write_mcap(path: Path, container: str, entries: Iterable[Entry]) -> Path:
     ros1 = container == "mcap_ros1"
     store = _store(ros1=ros1)
-    options: dict[str, Any] = dict(_MCAP[container])
     with path.open("wb") as stream:
-        writer = mcap.writer.Writer(stream, **options)
+        writer: Any = mcap.writer.Writer(stream, **_MCAP[container])
         writer.start(profile="ros1" if ros1 else "ros2")
         channels: dict[tuple[str, str], int] = {}
         for topic, kind, record_ns, fields in entries:

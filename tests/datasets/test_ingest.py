@@ -1,0 +1,253 @@
+"""Ingest as a whole: every container gives the same rows, nothing is lost unsaid, nothing half-written stays."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from navtool.datasets.check import check_dataset
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.ingest import IngestReport, ingest
+from navtool.datasets.ingest.store import open_store
+from navtool.datasets.lineage import file_sha256
+from navtool.datasets.reader import NavDataset
+from navtool.datasets.robot import RobotConfig, TopicCandidates
+
+Write = Callable[..., Path]
+Drive = Callable[..., list[Any]]
+
+
+def _ingest(paths: list[Path], out: Path, **options: Any) -> IngestReport:
+    return ingest(paths, out, options.pop("robot", RobotConfig()), options.pop("config", IngestConfig()), **options)
+
+
+def _hashes(root: Path) -> dict[str, str]:
+    return {path.relative_to(root).as_posix(): file_sha256(path) for path in sorted(root.rglob("*")) if path.is_file()}
+
+
+@pytest.mark.parametrize("container", ["ros1", "ros1_bz2", "ros1_lz4", "db3", "mcap", "mcap_zstd"])
+def test_every_container_gives_the_same_rows(
+    container: str, write_recording: Write, drive_entries: Drive, tmp_path: Path
+) -> None:
+    reference = tmp_path / "reference"
+    _ingest([write_recording("mcap", drive_entries(), name="a")], reference)
+    out = tmp_path / "out"
+    report = _ingest([write_recording(container, drive_entries(ros1=container.startswith("ros1")), name="b")], out)
+    assert report.rows == 30
+    expected, found = NavDataset(reference), NavDataset(out)
+    assert expected.features == found.features
+    for key, feature in expected.features.items():
+        if feature.dtype != "video" and len(feature.shape) == 1:
+            np.testing.assert_array_equal(expected.column(key), found.column(key), err_msg=key)
+    for row in (0, 7, 29):
+        np.testing.assert_array_equal(expected.points(row), found.points(row))
+        np.testing.assert_array_equal(expected.image(row), found.image(row))
+
+
+def test_values_are_those_of_the_drive(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    report = _ingest([write_recording("mcap", drive_entries(crash=False))], out)
+    dataset = NavDataset(out)
+    state, pose = dataset.column("observation.state"), dataset.column("observation.pose")
+    valid = dataset.column("valid.state")
+    assert valid.sum() >= 29
+    np.testing.assert_allclose(state[valid], np.tile([1.0, 0.0], (valid.sum(), 1)), atol=1e-6)
+    np.testing.assert_allclose(pose[valid, 0], np.arange(30)[valid] / 10, atol=1e-5)
+    np.testing.assert_array_equal(dataset.column("action")[dataset.column("valid.action")][:, 0], 1.0)
+    proprioception = dataset.column("observation.proprioception")[5]
+    np.testing.assert_allclose(proprioception, [2.5, 5.0, 5.0, 10.0, 1.0, 2.0, 4.0], atol=1e-5)
+    np.testing.assert_allclose(dataset.column("observation.imu")[5], [0, 0, 9.81, 0, 0, 0], atol=1e-5)
+    assert np.diff(dataset.column("observation.timestamp_ns")).tolist() == [100_000_000] * 29
+    np.testing.assert_allclose(dataset.column("sync.error_s.lidar")[:29], 0.02, atol=1e-6)
+    assert (dataset.column("label.outcome") == 1).all()
+    assert not dataset.column("label.known").any()
+    # 45 frames at 15 Hz serve 30 ticks; every message is in a row or counted with a reason
+    assert report.dropped == {"image: another message is nearer to the tick": 14, "image: outside the grid": 1}
+    assert check_dataset(out).passed
+
+
+def test_clouds_lie_in_the_robot_frame_in_front_and_whole_beside(
+    write_recording: Write, drive_entries: Drive, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    _ingest([write_recording("mcap", drive_entries())], out)
+    dataset = NavDataset(out)
+    counts = dataset.column("observation.lidar.count")
+    points = dataset.points(3)[: counts[3]]
+    assert counts[3] > 100
+    assert (points[:, 0] >= 0).all()
+    assert points[:, 2].min() > -0.5 + 0.6 - 1e-3, "the lidar sits 0.6 m above the base"
+    assert np.abs(points * 1000 - np.rint(points * 1000)).max() < 1e-2
+    clouds = pq.read_table(dataset.layout.episode(0) / "clouds.parquet")
+    assert clouds.num_rows == 30
+    assert len(clouds.column("intensity")[0]) == 600
+    assert clouds.column("frame_index").to_pylist() == list(range(30))
+    imu = dataset.stream(0, "imu")
+    assert imu is not None
+    assert len(imu["stamp_ns"]) == 300
+    assert (imu["record_ns"] - imu["stamp_ns"] == 3_000_000).all()
+
+
+def test_the_same_input_gives_the_same_bytes(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
+    path = write_recording("mcap", drive_entries())
+    _ingest([path], tmp_path / "first")
+    _ingest([path], tmp_path / "second")
+    assert _hashes(tmp_path / "first") == _hashes(tmp_path / "second")
+
+
+def test_later_commands_append_and_known_recordings_are_skipped(
+    write_recording: Write, drive_entries: Drive, tmp_path: Path
+) -> None:
+    first = write_recording("mcap", drive_entries(seed=1), name="run-2")
+    second = write_recording("mcap", drive_entries(seed=2), name="run-10")
+    both, grown = tmp_path / "both", tmp_path / "grown"
+    report = _ingest([second, first], both)
+    assert [episode.source.rsplit("/", 1)[1] for episode in report.episodes] == ["run-2", "run-10"]
+    _ingest([first], grown)
+    again = _ingest([first, second], grown)
+    assert len(again.skipped) == 1
+    assert again.rows == 30
+    assert _hashes(both) == _hashes(grown)
+    with pytest.raises(DatasetsError, match="other settings"):
+        _ingest([first], grown, config=IngestConfig(voxel_m=0.2))
+    with pytest.raises(DatasetsError, match="10 fps, asked for 5"):
+        _ingest([first], grown, config=IngestConfig(fps=5))
+
+
+def test_a_recording_that_lacks_streams_is_refused_or_marked(
+    write_recording: Write, drive_entries: Drive, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    _ingest([write_recording("mcap", drive_entries(), name="full")], out)
+    poor = write_recording("mcap", drive_entries(seed=3, streams=("odometry", "image")), name="poor")
+    refused = _ingest([poor], out)
+    assert "lacks lidar, imu, joints, battery" in refused.quarantined[0].reason
+    assert len(NavDataset(out)) == 30
+    taken = _ingest([poor], out, allow_missing=True)
+    assert taken.rows == 30
+    dataset = NavDataset(out)
+    for stream in ("lidar", "imu", "joints", "battery", "action"):
+        assert not dataset.column(f"valid.{stream}")[30:].any()
+    assert not dataset.points(45).any()
+    assert check_dataset(out).passed
+
+
+def test_a_gap_stays_in_its_episode_and_is_marked(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
+    entries = drive_entries()
+    start = entries[0][2]
+    torn = [entry for entry in entries if entry[0] != "/points" or not 0.9e9 < entry[2] - start < 1.6e9]
+    out = tmp_path / "out"
+    _ingest([write_recording("mcap", torn)], out)
+    dataset = NavDataset(out)
+    valid = dataset.column("valid.lidar")
+    assert not valid[10:15].any()
+    assert valid[:9].all()
+    assert valid[17:].all()
+    assert len(dataset.episodes) == 1
+    assert not dataset.column("observation.lidar.count")[~valid].any()
+
+
+def test_undecodable_messages_are_counted_and_marked(
+    write_recording: Write, drive_entries: Drive, tmp_path: Path
+) -> None:
+    entries = drive_entries()
+    broken = [
+        (topic, kind, stamp, fields | {"data": fields["data"][:40]})
+        if topic.endswith("compressed") and number % 7 == 5
+        else (topic, kind, stamp, fields)
+        for number, (topic, kind, stamp, fields) in enumerate(entries)
+    ]
+    out = tmp_path / "out"
+    report = _ingest([write_recording("mcap", broken)], out)
+    lost = int((~NavDataset(out).column("valid.image")).sum())
+    assert lost > 0
+    assert report.dropped["image: cannot be decoded"] == lost
+    assert check_dataset(out).passed
+
+
+def test_bad_recordings_are_quarantined_with_a_reason_and_leave_nothing(
+    write_recording: Write, drive_entries: Drive, tmp_path: Path
+) -> None:
+    good = write_recording("mcap", drive_entries(), name="good")
+    text = tmp_path / "notes.bag"
+    text.write_text("not a bag")
+    whole = write_recording("ros1", drive_entries(ros1=True), name="whole").read_bytes()
+    torn = tmp_path / "torn.bag"
+    torn.write_bytes(whole[: len(whole) // 2])
+    imu = write_recording("mcap", drive_entries(streams=("imu",)), name="imu")
+    short = write_recording("mcap", drive_entries(0.1, streams=("odometry",)), name="short")
+    out = tmp_path / "out"
+    report = _ingest([good, text, torn, imu, short], out)
+    assert len(report.episodes) == 1
+    reasons = {Path(entry.path).name: entry.reason for entry in report.quarantined}
+    assert set(reasons) == {"notes.bag", "torn.bag", "imu", "short"}
+    assert "no usable stream" in reasons["imu"]
+    assert "less than two ticks" in reasons["short"]
+    assert not (out / "navtool" / "staging").exists()
+    alone = tmp_path / "alone"
+    assert _ingest([text], alone).episodes == []
+    assert not alone.exists(), "no data set, no folder"
+
+
+def test_named_topics_are_not_replaced_by_guesses(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
+    robot = RobotConfig(topics=TopicCandidates(image=["none"], lidar=["/absent"]))
+    report = _ingest([write_recording("mcap", drive_entries())], tmp_path / "out", robot=robot)
+    episode = report.episodes[0]
+    assert "image" not in episode.topics
+    assert "lidar" not in episode.topics
+    assert any("/absent" in note for note in episode.notes)
+    assert {"/points", "/camera/image_raw/compressed"} <= {topic["name"] for topic in episode.not_used}
+
+
+def test_dry_run_writes_nothing(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
+    path = write_recording("mcap", drive_entries())
+    report = _ingest([path], tmp_path / "out", dry_run=True)
+    assert report.rows == 30
+    assert not (tmp_path / "out").exists()
+
+
+def test_one_writer_at_a_time(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
+    path = write_recording("mcap", drive_entries())
+    out = tmp_path / "out"
+    _ingest([path], out)
+    with open_store(out), pytest.raises(DatasetsError, match="another process is writing"):
+        _ingest([path], out)
+
+
+def test_an_interrupted_commit_leaves_no_trace(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    _ingest([write_recording("mcap", drive_entries(seed=1), name="a")], out)
+    before = _hashes(out)
+    layout = NavDataset(out).layout
+    layout.data(1).write_bytes(b"half")
+    layout.episode(1).mkdir(parents=True)
+    layout.staging.mkdir()
+    second = write_recording("mcap", drive_entries(seed=2), name="b")
+    with open_store(out):
+        assert _hashes(out) == before
+    assert _ingest([second], out).episodes[0].episode == 1
+    assert check_dataset(out).passed
+
+
+def test_foreign_folders_and_other_versions_are_refused(
+    write_recording: Write, drive_entries: Drive, tmp_path: Path
+) -> None:
+    path = write_recording("mcap", drive_entries())
+    foreign = tmp_path / "foreign"
+    foreign.mkdir()
+    (foreign / "thesis.tex").write_text("")
+    with pytest.raises(DatasetsError, match="something else"):
+        _ingest([path], foreign)
+    out = tmp_path / "out"
+    _ingest([path], out)
+    description = out / "navtool" / "dataset.json"
+    content = json.loads(description.read_text())
+    description.write_text(json.dumps(content | {"schema_version": 99}))
+    for work in (lambda: _ingest([path], out), lambda: NavDataset(out), lambda: check_dataset(out)):
+        with pytest.raises(DatasetsError, match="schema version 99"):
+            work()
