@@ -34,9 +34,9 @@ class CollisionConfig:
     """Speed that it falls below, in (0, speed_before_mps]."""
     stop_within_s: float = 0.5
     """Longest time between the spike and the stop, and between speed and spike, in (0, 10]."""
-    after_s: float = 1.0
+    after_s: float = 2.0
     """How long after the stop the rows stay failed, unless the robot drives on before, in (0, 60]."""
-    confidence: float = 0.7
+    confidence: float = 0.85
     """Written into ``label.confidence``, in (0, 1]."""
 
     def __post_init__(self) -> None:
@@ -60,11 +60,11 @@ class StuckConfig:
     """Commanded speed from which motion is expected, in (0, 50]."""
     command_radps: float = 0.3
     """Commanded turning rate from which motion is expected, in (0, 20]."""
-    moved_mps: float = 0.05
+    moved_mps: float = 0.1
     """Measured speed below which the robot stands, in (0, command_mps]."""
-    moved_radps: float = 0.1
+    moved_radps: float = 0.15
     """Measured turning rate below which it stands, in (0, command_radps]."""
-    at_least_s: float = 2.0
+    at_least_s: float = 1.5
     """Shortest time that counts; starting to move takes less, in (0, 600]."""
     confidence: float = 0.8
     """Written into ``label.confidence``, in (0, 1]."""

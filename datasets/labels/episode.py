@@ -14,13 +14,14 @@ from navtool.datasets.labels.known import known_steps
 from navtool.datasets.labels.rules import FlagSignal, ImuSignal, RuleResult, Signals, apply_rules
 from navtool.datasets.reader import Episode, NavDataset
 from navtool.datasets.schema import ACTION_KEY, HORIZON_STEPS, POSE_KEY, STATE_KEY, TIMESTAMP_NS_KEY
+from navtool.pipeline.arrays import Array
 
 
 @dataclass(frozen=True, slots=True)
 class EpisodeLabels:
     """The label columns of an episode, and what the rules said."""
 
-    columns: dict[str, Shaped[np.ndarray, "rows *shape"]]
+    columns: dict[str, Shaped[Array, "rows *shape"]]
     rules: tuple[RuleResult, ...]
 
     @property

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float32, Int64, Shaped
 
+from navtool.pipeline.arrays import Array
+
 SUCCESS = 1
 FAILURE = 0
 
@@ -25,14 +27,14 @@ class LabelInterval:
 class RowLabels(NamedTuple):
     """Labels of an episode's rows."""
 
-    outcome: Int64[np.ndarray, " rows"]
-    reason: Shaped[np.ndarray, " rows"]
+    outcome: Int64[Array, " rows"]
+    reason: Shaped[Array, " rows"]
     """Text; empty where nothing is known but that the run went on."""
-    confidence: Float32[np.ndarray, " rows"]
+    confidence: Float32[Array, " rows"]
 
 
 def label_rows(
-    stamps_ns: Int64[np.ndarray, " rows"],
+    stamps_ns: Int64[Array, " rows"],
     period_ns: int,
     intervals: Sequence[LabelInterval],
     default_confidence: float,
@@ -51,7 +53,7 @@ def label_rows(
     return RowLabels(outcome, reason, confidence)
 
 
-def covered_rows(stamps_ns: Int64[np.ndarray, " rows"], period_ns: int, start_ns: int, end_ns: int) -> slice:
+def covered_rows(stamps_ns: Int64[Array, " rows"], period_ns: int, start_ns: int, end_ns: int) -> slice:
     """The rows of the interval; empty where it lies outside the episode. Stamps must increase."""
     first, stop = np.searchsorted(stamps_ns, [start_ns, end_ns])
     if first < stop or stamps_ns.size == 0:
@@ -63,7 +65,7 @@ def covered_rows(stamps_ns: Int64[np.ndarray, " rows"], period_ns: int, start_ns
     return slice(nearest, nearest + 1) if 2 * int(distance.min()) <= period_ns else slice(0, 0)
 
 
-def runs(flags: Bool[np.ndarray, " rows"]) -> list[tuple[int, int]]:
+def runs(flags: Bool[Array, " rows"]) -> list[tuple[int, int]]:
     """The maximal runs of true values as (first, stop)."""
     edges = np.diff(np.concatenate(([0], flags.astype(np.int8), [0])))
     return list(zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True))

@@ -3,18 +3,19 @@
 import numpy as np
 from jaxtyping import Bool, Float, Float64, Int64
 
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.unicycle import rollout
 
 
 def known_steps(
-    pose: Float[np.ndarray, "rows 3"],
-    state: Float[np.ndarray, "rows 2"],
-    valid: Bool[np.ndarray, " rows"],
+    pose: Float[Array, "rows 3"],
+    state: Float[Array, "rows 2"],
+    valid: Bool[Array, " rows"],
     fps: int,
     horizon: int,
     max_deviation_m: float,
-    outcome: Int64[np.ndarray, " rows"] | None = None,
-) -> Bool[np.ndarray, "rows {horizon}"]:
+    outcome: Int64[Array, " rows"] | None = None,
+) -> Bool[Array, "rows {horizon}"]:
     r"""Whether the outcome at row t + k is that of the trajectory predicted at row t, for k = 0 .. horizon - 1.
 
     E_t[k] is the outcome at row t + k, k / fps seconds after row t; k = 0 is row t itself. The predicted trajectory
@@ -52,8 +53,8 @@ def known_steps(
 
 
 def _deviations(
-    pose: Float[np.ndarray, "rows 3"], state: Float[np.ndarray, "rows 2"], at: Int64[np.ndarray, "rows steps"], fps: int
-) -> Float64[np.ndarray, "rows steps"]:
+    pose: Float[Array, "rows 3"], state: Float[Array, "rows 2"], at: Int64[Array, "rows steps"], fps: int
+) -> Float64[Array, "rows steps"]:
     """Distance in metres between the driven and the predicted position at each step; 0 at the row itself."""
     horizon = at.shape[1]
     if horizon == 1:

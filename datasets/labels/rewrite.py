@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from jaxtyping import Shaped
@@ -11,9 +10,10 @@ from jaxtyping import Shaped
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.data_file import WRITER_OPTIONS, to_arrow
 from navtool.datasets.ingest.stats import Stats
+from navtool.pipeline.arrays import Array
 
 
-def rewrite_columns(source: Path, out: Path, columns: Mapping[str, Shaped[np.ndarray, "rows *shape"]]) -> None:
+def rewrite_columns(source: Path, out: Path, columns: Mapping[str, Shaped[Array, "rows *shape"]]) -> None:
     """Write a data file again with some columns replaced, one row group at a time.
 
     Schema with its metadata, row groups, compression and every other value stay; the same input gives the same bytes.

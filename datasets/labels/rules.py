@@ -14,6 +14,7 @@ from navtool.datasets.labels.config import (
     StuckConfig,
 )
 from navtool.datasets.labels.intervals import FAILURE, LabelInterval, runs
+from navtool.pipeline.arrays import Array
 
 _CHI3_MEDIAN = 1.5382
 """Median length of a vector of three standard normal values: turns a median magnitude into a deviation an axis."""
@@ -25,8 +26,8 @@ _PLANAR_RAD = 1e-6
 class ImuSignal:
     """Accelerations at the IMU's own rate, stamps increasing."""
 
-    stamps_ns: Int64[np.ndarray, " samples"]
-    acceleration: Float[np.ndarray, "samples 3"]
+    stamps_ns: Int64[Array, " samples"]
+    acceleration: Float[Array, "samples 3"]
     """m/s2, gravity included, on whatever axis it is."""
 
 
@@ -34,24 +35,24 @@ class ImuSignal:
 class FlagSignal:
     """A flag's messages, stamps increasing; each holds until the next."""
 
-    stamps_ns: Int64[np.ndarray, " messages"]
-    active: Bool[np.ndarray, " messages"]
+    stamps_ns: Int64[Array, " messages"]
+    active: Bool[Array, " messages"]
 
 
 @dataclass(frozen=True, slots=True)
 class Signals:
     """What the rules look at: the rows of an episode, and its native streams where it has them."""
 
-    stamps_ns: Int64[np.ndarray, " rows"]
-    state: Float[np.ndarray, "rows 2"]
+    stamps_ns: Int64[Array, " rows"]
+    state: Float[Array, "rows 2"]
     """[v_mps, omega_radps] as measured."""
-    action: Float[np.ndarray, "rows 2"]
+    action: Float[Array, "rows 2"]
     """[v_mps, omega_radps] as commanded."""
-    pose: Float[np.ndarray, "rows 6"]
+    pose: Float[Array, "rows 6"]
     """x, y, z in metres, roll, pitch, yaw in radians."""
-    state_valid: Bool[np.ndarray, " rows"]
+    state_valid: Bool[Array, " rows"]
     """Of state and pose."""
-    action_valid: Bool[np.ndarray, " rows"]
+    action_valid: Bool[Array, " rows"]
     period_ns: int
     imu: ImuSignal | None = None
     intervention: FlagSignal | None = None
@@ -171,22 +172,22 @@ def intervention(signals: Signals, config: InterventionConfig) -> RuleResult:
     return RuleResult("intervention", intervals)
 
 
-def without_gravity(imu: ImuSignal, window_s: float) -> Float64[np.ndarray, " samples"]:
+def without_gravity(imu: ImuSignal, window_s: float) -> Float64[Array, " samples"]:
     """Magnitude in m/s2 of the acceleration beside its running median over the window."""
     wide = imu.acceleration.astype(np.float64)
     return np.asarray(np.linalg.norm(wide - _running_median(imu.stamps_ns, wide, window_s), axis=1))
 
 
 def _running_median(
-    stamps_ns: Int64[np.ndarray, " samples"], values: Float64[np.ndarray, "samples columns"], window_s: float
-) -> Float64[np.ndarray, "samples columns"]:
+    stamps_ns: Int64[Array, " samples"], values: Float64[Array, "samples columns"], window_s: float
+) -> Float64[Array, "samples columns"]:
     period_s = max(float(np.median(np.diff(stamps_ns))) * 1e-9, 1e-6)
     size = min(2 * round(window_s / period_s / 2) + 1, 2 * len(values) - 1)
     columns = [median_filter(np.ascontiguousarray(column), size=size, mode="nearest") for column in values.T]
     return np.stack(columns, axis=1)
 
 
-def _tilt_of_gravity(imu: ImuSignal, window_s: float) -> Float64[np.ndarray, " samples"] | None:
+def _tilt_of_gravity(imu: ImuSignal, window_s: float) -> Float64[Array, " samples"] | None:
     gravity = _running_median(imu.stamps_ns, imu.acceleration.astype(np.float64), window_s)
     upright = np.median(gravity, axis=0)
     length = np.linalg.norm(gravity, axis=1)
@@ -198,7 +199,7 @@ def _tilt_of_gravity(imu: ImuSignal, window_s: float) -> Float64[np.ndarray, " s
 
 
 def _lasting(
-    signals: Signals, flags: Bool[np.ndarray, " rows"], at_least_s: float, reason: str, confidence: float
+    signals: Signals, flags: Bool[Array, " rows"], at_least_s: float, reason: str, confidence: float
 ) -> tuple[LabelInterval, ...]:
     found = []
     for first, stop in runs(flags):

@@ -86,11 +86,11 @@ def stopping_at(row: int, rows: int = ROWS) -> Array:
 
 
 def test_a_spike_with_a_stop_is_a_collision() -> None:
-    (crash,) = collision(signals(stopping_at(102), sensor=imu(spike=30.0)), CollisionConfig()).intervals
+    (crash,) = collision(signals(stopping_at(102), sensor=imu(spike=30.0)), CollisionConfig(after_s=1.0)).intervals
     start_s, end_s = seconds(crash)
     assert start_s == pytest.approx(CRASH_S, abs=0.01)
     assert end_s == pytest.approx(10.2 + 1.0, abs=1e-6)
-    assert (crash.outcome, crash.reason, crash.confidence) == (0, "collision", 0.7)
+    assert (crash.outcome, crash.reason, crash.confidence) == (0, "collision", 0.85)
 
 
 def test_driving_on_ends_the_collision() -> None:
