@@ -16,8 +16,8 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 
 from navtool.datasets.recording.raw import RecordingFormat
+from navtool.pipeline.arrays import Array
 from navtool.sim import lidar
-from navtool.sim.arrays import Array
 from navtool.sim.errors import SimError
 from navtool.sim.messages import MessageFactory
 from navtool.sim.proprioception import BATTERY_EVERY, IMU_EVERY, ODOMETRY_EVERY, measure

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float, Float32, Int, UInt8
 
-from navtool.sim.arrays import Array
+from navtool.pipeline.arrays import Array
 from navtool.sim.shapes import Shape
 
 HALF_SIDE_M = 40.0

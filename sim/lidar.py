@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Float32, UInt16
 
-from navtool.sim.arrays import Array
+from navtool.pipeline.arrays import Array
 from navtool.sim.ground import REFLECTIVITY, RELIEF_M
 from navtool.sim.scene import Scene, Thing
 

@@ -10,9 +10,9 @@ from jaxtyping import Float, UInt8
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import quaternion_from_rpy
-from navtool.sim.arrays import Array
 from navtool.sim.lidar import Scan
 from navtool.sim.rig import MOUNTS, WHEELS
 from navtool.sim.track import Failure

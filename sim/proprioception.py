@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from navtool.sim.arrays import Array
+from navtool.pipeline.arrays import Array
 from navtool.sim.rig import TRACK_WIDTH_M, WHEEL_RADIUS_M
 from navtool.sim.robot import STEP_S
 from navtool.sim.track import Track

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8
 
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
-from navtool.sim.arrays import Array
 from navtool.sim.ground import HALF_SIDE_M, TEXEL_M, smooth_noise
 from navtool.sim.scene import Scene, Thing
 

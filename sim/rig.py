@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
-from navtool.sim.arrays import Array
 
 type Pose = tuple[float, float, float, float, float, float]
 """x, y, z in metres and roll, pitch, yaw in radians."""

@@ -1,15 +1,18 @@
 """A wheeled robot on level ground: how it follows commands, hits what is solid and sinks into what is not."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from navtool.sim.arrays import Array
+from navtool.pipeline.arrays import Array
 from navtool.sim.scene import Thing
 from navtool.sim.shapes import Box, Shape
 
 STEP_S = 0.01
+_FEELER_M = 0.03
+"""How far ahead along its motion the footprint is tested for contact."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -57,7 +60,7 @@ class Robot:
 
     def clearance(self, xy: Float[Array, "2 n"]) -> Float[Array, "n"]:
         """Return the distance in metres from the footprint's rim at points to the nearest thing, negative inside."""
-        nearest = np.minimum(self._solid.clearance(xy).min(axis=0), self._soft.clearance(xy).min(axis=0))
+        nearest = np.minimum(self._solid.clearance(*xy).min(axis=0), self._soft.clearance(*xy).min(axis=0))
         return np.asarray(nearest - self.limits.radius_m)
 
     def step(self, state: RobotState, speed_mps: float, turn_radps: float, *, lifted: bool = False) -> RobotState:
@@ -70,25 +73,24 @@ class Robot:
             lifted: Whether an operator frees it, so that vegetation does not hold it.
         """
         limits = self.limits
-        here = np.array([state.x_m, state.y_m])
-        grip = 1.0 if lifted else self._grip(here)
-        wanted = float(np.clip(speed_mps, -limits.max_speed_mps, limits.max_speed_mps)) * grip
-        turn = float(np.clip(turn_radps, -limits.max_turn_radps, limits.max_turn_radps)) * max(grip, 0.0)
+        heading_x, heading_y = math.cos(state.yaw_rad), math.sin(state.yaw_rad)
+        grip = 1.0 if lifted else self._grip(state.x_m, state.y_m)
+        wanted = _bounded(speed_mps, limits.max_speed_mps) * grip
+        turn = _bounded(turn_radps, limits.max_turn_radps) * grip
         change = (wanted - state.speed_mps) * STEP_S / limits.lag_s
-        most = limits.max_acceleration_mps2 * STEP_S
-        speed = state.speed_mps + float(np.clip(change, -most, most))
+        speed = state.speed_mps + _bounded(change, limits.max_acceleration_mps2 * STEP_S)
         rate = state.turn_radps + (turn - state.turn_radps) * STEP_S / limits.lag_s
-        heading = np.array([np.cos(state.yaw_rad), np.sin(state.yaw_rad)])
-        ahead = here + heading * (0.03 * np.sign(wanted if abs(state.speed_mps) < 0.02 else state.speed_mps))
-        now, then = self._solid.clearance(np.stack([here, ahead], axis=1)).min(axis=0)
-        contact = bool(then < limits.radius_m and then < now)
+        tip = math.copysign(_FEELER_M, wanted if abs(state.speed_mps) < 0.02 else state.speed_mps)
+        x, y = np.array([state.x_m, state.x_m + tip * heading_x]), np.array([state.y_m, state.y_m + tip * heading_y])
+        now, then = self._solid.clearance(x, y).min(axis=0).tolist()
+        contact = then < limits.radius_m and then < now
         if contact:
             stop = limits.impact_deceleration_mps2 * STEP_S
-            speed = float(np.sign(state.speed_mps)) * max(0.0, abs(state.speed_mps) - stop)
+            speed = math.copysign(max(0.0, abs(state.speed_mps) - stop), state.speed_mps)
         middle = state.yaw_rad + 0.5 * rate * STEP_S
         return RobotState(
-            x_m=state.x_m + speed * STEP_S * float(np.cos(middle)),
-            y_m=state.y_m + speed * STEP_S * float(np.sin(middle)),
+            x_m=state.x_m + speed * STEP_S * math.cos(middle),
+            y_m=state.y_m + speed * STEP_S * math.sin(middle),
             yaw_rad=state.yaw_rad + rate * STEP_S,
             speed_mps=speed,
             turn_radps=rate,
@@ -96,10 +98,15 @@ class Robot:
             grip=grip,
         )
 
-    def _grip(self, here: Float[Array, "2"]) -> float:
+    def _grip(self, x_m: float, y_m: float) -> float:
         """Return the share of its speed that is left: it falls linearly with the depth inside each soft thing."""
-        depth = self.limits.radius_m - self._soft.clearance(here[:, None])[:-1, 0]
-        return max(0.0, 1.0 - float((np.clip(depth, 0.0, 0.9) * self._drag_per_m).sum()))
+        depth = self.limits.radius_m - self._soft.clearance(np.array([x_m]), np.array([y_m]))[:-1, 0]
+        held = float(np.minimum(np.maximum(depth, 0.0), 0.9) @ self._drag_per_m)
+        return max(0.0, 1.0 - held)
+
+
+def _bounded(value: float, most: float) -> float:
+    return max(-most, min(most, value))
 
 
 class _Outlines:
@@ -110,9 +117,8 @@ class _Outlines:
         self._x, self._y, self._radius = np.array(rounds).reshape(-1, 3).T[..., None]
         self._boxes = [shape for shape in shapes if isinstance(shape, Box)]
 
-    def clearance(self, xy: Float[Array, "2 n"]) -> Float[Array, "bodies n"]:
-        """Return the distance of points to each round body, each box, and last to the nothing far away (infinite)."""
-        around = np.hypot(xy[0] - self._x, xy[1] - self._y) - self._radius
-        return np.concatenate(
-            [around, *(box.clearance(xy)[None] for box in self._boxes), np.full((1, xy.shape[1]), np.inf)]
-        )
+    def clearance(self, x: Array, y: Array) -> Array:
+        """Return the distance of n points to each round body, each box, and to nothing (infinite): (bodies + 1, n)."""
+        around = np.sqrt((x - self._x) ** 2 + (y - self._y) ** 2) - self._radius
+        boxes = (box.clearance(np.stack([x, y]))[None] for box in self._boxes)
+        return np.concatenate([around, *boxes, np.full((1, x.size), np.inf)])

@@ -6,7 +6,7 @@ from zlib import crc32
 import numpy as np
 from jaxtyping import Float
 
-from navtool.sim.arrays import Array
+from navtool.pipeline.arrays import Array
 from navtool.sim.errors import SimError
 from navtool.sim.ground import Ground, make_ground
 from navtool.sim.shapes import Box, Cylinder, Ellipsoid, Shape
@@ -36,13 +36,13 @@ class Material:
         return self.scatter_per_m == 0.0
 
 
-BARK = Material((92, 72, 54), 0.7, 0.35)
-METAL = Material((150, 152, 150), 0.15, 0.75)
-STONE = Material((132, 126, 116), 0.5, 0.45)
-BRICK = Material((150, 98, 78), 0.35, 0.4)
-LEAVES = Material((72, 104, 44), 0.9, 0.55, scatter_per_m=2.5)
-BUSH = Material((54, 84, 38), 0.9, 0.5, scatter_per_m=3.5, drag_per_m=1.6)
-TALL_GRASS = Material((150, 142, 76), 0.9, 0.45, scatter_per_m=1.8, drag_per_m=0.25)
+BARK = Material((92.0, 72.0, 54.0), 0.7, 0.35)
+METAL = Material((150.0, 152.0, 150.0), 0.15, 0.75)
+STONE = Material((132.0, 126.0, 116.0), 0.5, 0.45)
+BRICK = Material((150.0, 98.0, 78.0), 0.35, 0.4)
+LEAVES = Material((72.0, 104.0, 44.0), 0.9, 0.55, scatter_per_m=2.5)
+BUSH = Material((54.0, 84.0, 38.0), 0.9, 0.5, scatter_per_m=3.5, drag_per_m=1.6)
+TALL_GRASS = Material((150.0, 142.0, 76.0), 0.9, 0.45, scatter_per_m=1.8, drag_per_m=0.25)
 
 
 @dataclass(frozen=True, slots=True)

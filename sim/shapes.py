@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Float32
 
-from navtool.sim.arrays import Array
+from navtool.pipeline.arrays import Array
 
 
 class Span(NamedTuple):

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
-from navtool.sim.arrays import Array
 from navtool.sim.driver import Driver, Mode
 from navtool.sim.errors import SimError
 from navtool.sim.ground import ROUGHNESS
