@@ -203,11 +203,11 @@ def _clouds(dataset: NavDataset) -> _Findings:
         for row in range(episode.start, episode.stop):
             points = dataset.points(row)
             not_finite += int(not np.isfinite(points).all())
-            padded += int(points[counts[row] :].any())
+            padded += int(not np.array_equal(points, np.resize(points[: counts[row]], points.shape)))
         if not_finite:
             yield Severity.FAIL, _name(episode), f"{not_finite} clouds have points that are NaN or infinite"
         if padded:
-            yield Severity.FAIL, _name(episode), f"{padded} clouds have points beyond their count"
+            yield Severity.FAIL, _name(episode), f"{padded} clouds hold more points than their count says"
         empty = int((valid & (counts == 0))[episode.start : episode.stop].sum())
         if empty:
             yield Severity.WARN, _name(episode), f"{empty} clouds have no point in the front half plane"

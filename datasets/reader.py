@@ -88,7 +88,7 @@ class NavDataset:
         return self._columns[name]
 
     def points(self, row: int) -> Float32[np.ndarray, "10000 3"]:
-        """The cloud of a row in metres in the base frame; zeros beyond ``observation.lidar.count``.
+        """The cloud of a row in metres in the base frame; repeated from the first point on beyond ``observation.lidar.count``.
 
         Raises:
             DatasetsError: If the data set has no clouds, or the file is damaged.

@@ -19,7 +19,10 @@ class FixedSizeCloud(NamedTuple):
     """A cloud of fixed size."""
 
     points: Float32[Array, "size 3"]
-    """[x, y, z] in metres, rounded to 1 mm; the rows from `kept` on are zero."""
+    """[x, y, z] in metres, rounded to 1 mm; the rows from `kept` on repeat those before, from the first one on.
+
+    A reader that ignores `kept` then sees the same surfaces, only denser, and never points at the robot's own place.
+    An empty cloud is zero."""
     kept: int
     """Number of rows that are points."""
 
@@ -69,9 +72,8 @@ def fixed_size_cloud(
         # Distinct voxels have distinct ranks, so exactly `size` of them are below the next one.
         ranks = grid.ranks(keys)
         keys = keys[ranks < np.partition(ranks, size)[size]]
-    points = np.zeros((size, 3), np.float32)
-    points[: len(keys)] = grid.points_mm(keys).T / _MM_PER_M
-    return FixedSizeCloud(points, len(keys))
+    points = (grid.points_mm(keys).T / _MM_PER_M).astype(np.float32)
+    return FixedSizeCloud(np.resize(points, (size, 3)), len(keys))
 
 
 def _front_mm(xyz: Float[Array, "n 3"]) -> Int64[Array, "3 m"]:

@@ -20,7 +20,7 @@ class Sample(NamedTuple):
     image: Tensor
     """RGB uint8 [3, h, w]; zeros where the row has no camera frame."""
     points: Tensor
-    """LiDAR points in metres in base axes, float32 [P, 3], zeros behind ``point_count``."""
+    """LiDAR points in metres in base axes, float32 [P, 3]; repetitions behind ``point_count``."""
     point_count: Tensor
     """Number of points, int64 []."""
     velocity: Tensor

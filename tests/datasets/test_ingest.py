@@ -67,7 +67,11 @@ def test_values_are_those_of_the_drive(write_recording: Write, drive_entries: Dr
     assert (dataset.column("label.outcome") == 1).all()
     assert not dataset.column("label.known").any()
     # 45 frames at 15 Hz serve 30 ticks; every message is in a row or counted with a reason
-    assert report.dropped == {"image: another message is nearer to the tick": 14, "image: outside the grid": 1}
+    assert report.dropped == {
+        "image: another message is nearer to the tick": 14,
+        "image: outside the grid": 1,
+        "lidar: outside the grid": 1,
+    }
     assert check_dataset(out).passed
 
 
