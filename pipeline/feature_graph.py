@@ -83,7 +83,7 @@ def reliability_matrix(r_image: Tensor, r_point: Tensor, sizes: list[int]) -> Te
     rest = 1.0 - from_image - from_point
     r_image = r_image.float().view(-1, 1, 1)
     r_point = r_point.float().view(-1, 1, 1)
-    return r_image * from_image + r_point * from_point + rest  # [B, N, N], eq. (7)
+    return torch.addcmul(torch.addcmul(rest, from_image, r_image), from_point, r_point)  # [B, N, N], eq. (7)
 
 
 def feature_graph(f_vec: Tensor, reliability: Tensor, edge_decay: float = 15.0) -> Tensor:
@@ -103,13 +103,14 @@ def feature_graph(f_vec: Tensor, reliability: Tensor, edge_decay: float = 15.0) 
     Reference: GrASPE, eq. (6).
 
     Shape:
-        f_vec: [B, N]; reliability: [B, N, N] or [N, N]; result: [B, N, N] float32, whatever the input's type.
+        f_vec: [..., N]; reliability: [..., N, N], its leading dimensions broadcast against those of f_vec;
+        result: [..., N, N] float32, whatever the input's type.
 
     Note:
         The proof of Lemma 1 has r in place of (2 - r); eq. (6) holds here: lower reliability, weaker edges.
     """
     f_vec = f_vec.float()  # bfloat16 features would move the exponent by up to 0.06
-    distance = (f_vec.unsqueeze(2) - f_vec.unsqueeze(1)).abs()  # [B, N, N]
-    weights = torch.exp(distance * ((reliability - 2.0) * edge_decay))  # eq. (6)
+    distance = (f_vec.unsqueeze(-1) - f_vec.unsqueeze(-2)).abs()  # [..., N, N]
+    weights = torch.exp(distance * ((reliability.float() - 2.0) * edge_decay))  # eq. (6)
     # The distance of a node from itself is exactly 0, so its weight is exactly 1 before the identity is taken off.
-    return weights - torch.eye(f_vec.shape[1], device=f_vec.device)
+    return weights - torch.eye(f_vec.shape[-1], device=f_vec.device)

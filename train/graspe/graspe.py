@@ -75,7 +75,7 @@ class Graspe(nn.Module):
             dropout=config.dropout,
         )
 
-    def forward(  # noqa: PLR0917 - scripted modules and their callers in C++ pass the inputs by position
+    def forward(
         self, image: Tensor, points: Tensor, count: Tensor, velocity: Tensor, trajectory: Tensor, reliability: Tensor
     ) -> Tensor:
         """Return the probability of success at each step of one trajectory per sample.
@@ -110,12 +110,13 @@ class Graspe(nn.Module):
         """
         batch, candidates = trajectory.shape[0], trajectory.shape[1]
         f_trajectory = self.trajectory_net(trajectory.flatten(0, 1)).float()  # [B K, features]
-        f_vec = torch.cat([f_sensors.repeat_interleave(candidates, dim=0), f_trajectory], dim=1)  # [B K, N]
+        f_trajectory = f_trajectory.view(batch, candidates, -1)
+        f_vec = torch.cat([f_sensors.float().unsqueeze(1).expand(-1, candidates, -1), f_trajectory], dim=2)  # [B, K, N]
         r = reliability.float() if self.reliability_aware else torch.ones_like(reliability, dtype=torch.float32)
         with torch.autocast(device_type="cpu", enabled=False), torch.autocast(device_type="cuda", enabled=False):
             r_pairs = reliability_matrix(r[:, 0], r[:, 1], self.sizes)  # [B, N, N]
-            weights = feature_graph(f_vec, r_pairs.repeat_interleave(candidates, dim=0), self.edge_decay)
-            scores: Tensor = self.agnn(f_vec, weights)  # [B K, T]
+            weights = feature_graph(f_vec, r_pairs.unsqueeze(1), self.edge_decay)  # [B, K, N, N]
+            scores: Tensor = self.agnn(f_vec.flatten(0, 1), weights.flatten(0, 1))  # [B K, T]
         return scores.view(batch, candidates, -1)
 
     def load_pretrained_image_weights(self) -> None:

@@ -86,16 +86,15 @@ class DenseGAT(nn.Module):
         scores = score_dst.unsqueeze(3) + score_src.unsqueeze(2)  # [B, H, N, N]
         if self.edge_attention:
             edge = (self.lin_edge.weight.view(1, self.heads, self.out_channels) * self.att_edge).sum(dim=2)  # [1, H]
-            scores = scores + edge.view(1, self.heads, 1, 1) * self._with_self_loops(weights).unsqueeze(1)
+            scores = torch.addcmul(scores, edge.view(1, self.heads, 1, 1), self._with_self_loops(weights).unsqueeze(1))
         attention = functional.leaky_relu(scores, self.negative_slope).softmax(dim=3)
         mixed = attention @ h.transpose(1, 2)  # [B, H, N, C]
         return mixed.transpose(1, 2).reshape(batch, nodes, self.heads * self.out_channels) + self.bias
 
     def _with_self_loops(self, weights: Tensor) -> Tensor:
-        nodes = weights.shape[1]
-        eye = torch.eye(nodes, device=weights.device, dtype=weights.dtype)
-        others = weights * (1.0 - eye)
+        diagonal = weights.diagonal(0, 1, 2)  # [B, N]
         if self.self_loop_weight is None:
-            loop = others.sum(dim=2, keepdim=True) / max(nodes - 1, 1)  # [B, N, 1]
-            return others + eye * loop
-        return others + eye * self.self_loop_weight
+            loops = (weights.sum(dim=2) - diagonal) / max(weights.shape[2] - 1, 1)
+        else:
+            loops = torch.full_like(diagonal, self.self_loop_weight)
+        return torch.diagonal_scatter(weights, loops, 0, 1, 2)

@@ -38,6 +38,8 @@ class PointLinear(nn.Module):
         super().__init__()
         self.momentum = momentum
         self.eps = eps
+        self.block = 16  # points that share one maximum while the winning points are searched
+        self.chunk = 1024  # points mapped at a time: a multiple of the block whose output stays in the cache
         self.weight = nn.Parameter(torch.empty(out_channels, in_channels))
         self.gamma = nn.Parameter(torch.ones(out_channels))
         self.beta = nn.Parameter(torch.zeros(out_channels))
@@ -64,8 +66,27 @@ class PointLinear(nn.Module):
     def _max(self, points: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
         if points.shape[0] == 0:
             return torch.zeros_like(bias)
-        winner = functional.linear(points.detach(), weight.detach()).argmax(dim=0)  # [out], one point a channel
-        return (points[winner].float() * weight).sum(dim=1) + bias
+        if torch.is_grad_enabled():
+            # Only the winning points have a gradient: find them without one, then map those again.
+            winners = points[self._winners(points.detach(), weight.detach())].float()  # [out, in]
+            return (winners * weight).sum(dim=1) + bias
+        maxima = [functional.linear(chunk, weight).amax(dim=0) for chunk in torch.split(points, self.chunk)]
+        return torch.stack(maxima).amax(dim=0).float() + bias
+
+    def _winners(self, points: Tensor, weight: Tensor) -> Tensor:
+        """Return for each output channel the index of the point with the largest value, [out]."""
+        missing = -points.shape[0] % self.block
+        padded = points if missing == 0 else torch.cat([points, points[:1].expand(missing, -1)])
+        # Maxima of blocks are cheap (a vectorised pass over values still in the cache), an argmax of all is not.
+        maxima = [
+            functional.linear(chunk, weight).view(-1, self.block, weight.shape[0]).amax(dim=1)
+            for chunk in torch.split(padded, self.chunk)
+        ]
+        block = torch.cat(maxima).argmax(dim=0)  # [out]
+        candidates = padded.view(-1, self.block, points.shape[1])[block]  # [out, block, in]
+        within = (candidates @ weight.to(candidates.dtype).unsqueeze(2)).squeeze(2).argmax(dim=1)  # [out]
+        winner = block * self.block + within
+        return torch.where(winner < points.shape[0], winner, 0)  # the padding repeats the first point
 
     def folded(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """Return the affine map (weight, bias) that includes the batch norm, and update the running statistics."""
@@ -82,8 +103,8 @@ class PointLinear(nn.Module):
     def _output_statistics(self, x: Tensor) -> tuple[Tensor, Tensor]:
         points = x.shape[0]
         mean_x = x.mean(dim=0)
-        centred = x - mean_x
-        covariance = centred.t() @ centred / points  # [in, in]
+        second = x.detach().t() @ x  # [in, in]; its gradient is symmetric, so one factor can carry all of it
+        covariance = (2.0 * second - second.detach()) / points - torch.outer(mean_x, mean_x)
         mean = self.weight @ mean_x
         var = ((self.weight @ covariance) * self.weight).sum(dim=1).clamp(min=0.0)
         with torch.no_grad():
