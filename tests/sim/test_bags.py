@@ -111,7 +111,9 @@ def test_headers_precede_the_recorder_by_a_plausible_delay(recording: tuple[Path
 def test_images_and_clouds_decode_to_what_their_headers_say(recording: tuple[Path, RecordingFormat]) -> None:
     messages = read(*recording)
     _, image = messages["/camera/front/image_raw/compressed"][0]
-    assert cv2.imdecode(image.data, cv2.IMREAD_COLOR).shape == (48, 64, 3)
+    picture = cv2.imdecode(image.data, cv2.IMREAD_COLOR)
+    assert picture is not None
+    assert picture.shape == (48, 64, 3)
     assert image.header.frame_id == "camera_front_optical"
     _, cloud = messages["/velodyne_points"][0]
     assert [field.name for field in cloud.fields] == ["x", "y", "z", "intensity", "ring", "time"]

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import apply_transform, transform_from_xyz_rpy
 from navtool.sim import lidar
 from navtool.sim.ground import RELIEF_M, Terrain
@@ -14,16 +15,16 @@ from navtool.sim.shapes import Box, Cylinder, Ellipsoid
 HEIGHT_M = 0.7
 
 
-def standing(x: float = 0.0, y: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> np.ndarray:
+def standing(x: float = 0.0, y: float = 0.0, yaw: float = 0.0, pitch: float = 0.0) -> Array:
     pose = transform_from_xyz_rpy(np.array([x, y, HEIGHT_M]), np.array([0.0, pitch, yaw]))
     return np.broadcast_to(pose, (lidar.COLUMNS, 4, 4))
 
 
-def scan(scene: Scene, poses: np.ndarray, seed: int = 0) -> lidar.Scan:
+def scan(scene: Scene, poses: Array, seed: int = 0) -> lidar.Scan:
     return lidar.scan(scene, poses, np.random.default_rng(seed))
 
 
-def azimuth(cloud: lidar.Scan) -> np.ndarray:
+def azimuth(cloud: lidar.Scan) -> Array:
     return np.arctan2(cloud.xyz[:, 1], cloud.xyz[:, 0])
 
 
@@ -116,7 +117,7 @@ def test_no_culled_body_hides_a_return(flat_scene: Callable[..., Scene], seed: i
     rays = np.stack([np.cos(elevation) * np.cos(turn), np.cos(elevation) * np.sin(turn), np.sin(elevation) + 0 * turn])
     world = np.einsum("ij,jrc->irc", poses[0, :3, :3], rays).astype(np.float32)
     origin = poses[0, :3, 3].astype(np.float32).reshape(3, 1, 1)
-    expected = np.full(found.shape, np.inf)
+    expected: Array = np.full(found.shape, np.inf)
     with np.errstate(all="ignore"):
         for thing in things:
             span = thing.shape.span(origin, world)

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from navtool.pipeline.arrays import Array
 from navtool.sim.proprioception import BATTERY_EVERY, GRAVITY_MPS2, ODOMETRY_EVERY, Proprioception, measure
 from navtool.sim.rig import TRACK_WIDTH_M, WHEEL_RADIUS_M
 from navtool.sim.robot import STEP_S
@@ -14,7 +15,7 @@ def drives(place: Scene) -> list[tuple[Track, Proprioception]]:
     return [(track, measure(track, np.random.default_rng(seed))) for seed, track in enumerate(tracks)]
 
 
-def near_contact(track: Track) -> np.ndarray:
+def near_contact(track: Track) -> Array:
     return np.convolve(track.contact, np.ones(81), mode="same") > 0
 
 

@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from navtool.pipeline.arrays import Array
 from navtool.sim.shapes import Box, Cylinder, Ellipsoid, Shape
 
 SHAPES = st.one_of(
@@ -20,26 +21,27 @@ SHAPES = st.one_of(
 )
 
 
-def is_inside(shape: Shape, points: np.ndarray) -> np.ndarray:
+def is_inside(shape: Shape, points: Array) -> Array:
     """Membership by the bodies' definitions, in float64."""
     x, y, z = points
     match shape:
         case Cylinder():
-            return (np.hypot(x - shape.x, y - shape.y) <= shape.radius) & (z >= 0) & (z <= shape.height)
+            inside = (np.hypot(x - shape.x, y - shape.y) <= shape.radius) & (z >= 0) & (z <= shape.height)
         case Ellipsoid():
             flat = ((x - shape.x) ** 2 + (y - shape.y) ** 2) / shape.radius**2
-            return flat + ((z - shape.z) / shape.half_height) ** 2 <= 1
+            inside = flat + ((z - shape.z) / shape.half_height) ** 2 <= 1
         case Box():
             turned = np.exp(-1j * shape.yaw_rad) * ((x - shape.x) + 1j * (y - shape.y))
-            return (
+            inside = (
                 (np.abs(turned.real) <= shape.half_length)
                 & (np.abs(turned.imag) <= shape.half_width)
                 & (z >= 0)
                 & (z <= shape.height)
             )
+    return np.asarray(inside)
 
 
-def rays(seed: int, count: int = 40) -> tuple[np.ndarray, np.ndarray]:
+def rays(seed: int, count: int = 40) -> tuple[Array, Array]:
     rng = np.random.default_rng(seed)
     origin = rng.uniform(-6, 6, (3, count)).astype(np.float32)
     aim = rng.uniform(-3, 3, (3, count)).astype(np.float32) + np.array([[0], [0], [1]], np.float32)
@@ -73,7 +75,7 @@ def test_normals_have_unit_length_and_point_out_of_the_body(shape: Shape, seed: 
     assert ((normals * direction[:, met]).sum(axis=0) <= 1e-2 * np.linalg.norm(direction[:, met], axis=0)).all()
 
 
-def outline(shape: Shape) -> np.ndarray:
+def outline(shape: Shape) -> Array:
     """Points along the outline seen from above, (2, n)."""
     if isinstance(shape, Box):
         corners = np.array([1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j, 1 + 1j])
