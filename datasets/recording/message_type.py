@@ -41,6 +41,11 @@ class MessageType:
     """One message type by the definition of its channel, or by the default of the ROS distribution where it has none.
 
     Each type has its own store: two recorders may disagree about a type of the same name.
+
+    Attributes:
+        name: The type's name.
+        encoding: How its messages are serialised.
+        stamp_layout: Where the header's stamp lies; None where the type does not start with a header.
     """
 
     def __init__(self, name: str, encoding: str, definition: Definition | None, ros_distro: str) -> None:
@@ -60,23 +65,23 @@ class MessageType:
         else:
             self._store = get_typestore(Stores.EMPTY)
             self._store.register(_parsed(definition, name))
+        self.stamp_layout = self._stamp_layout()
 
     def layout(self) -> tuple[object, ...]:
         """The fields with their types, down to the basic ones: equal layouts read equal bytes equally."""
         return self._layout_of(self.name)
 
-    def stamp_layout(self) -> StampLayout | None:
-        """Where the header's stamp lies; None where the type does not start with a header."""
+    def deserialise(self, data: bytes) -> Any:
+        """The message as an object with the definition's fields; its arrays are views of the data."""
+        read = self._store.deserialize_ros1 if self.encoding == "ros1" else self._store.deserialize_cdr
+        return read(memoryview(data), self.name)
+
+    def _stamp_layout(self) -> StampLayout | None:
         fields = self._store.fielddefs[self.name][1]
         if not fields or fields[0][1][0] != Nodetype.NAME or fields[0][1][1] not in _HEADERS:
             return None
         header = [name for name, _ in self._store.fielddefs[str(fields[0][1][1])][1]]
         return StampLayout(self.encoding, 4 * header.index("stamp"))
-
-    def deserialise(self, data: bytes) -> Any:
-        """The message as an object with the definition's fields; its arrays are views of the data."""
-        read = self._store.deserialize_ros1 if self.encoding == "ros1" else self._store.deserialize_cdr
-        return read(memoryview(data), self.name)
 
     def _layout_of(self, name: str) -> tuple[object, ...]:
         return tuple((field, self._description(kind)) for field, kind in self._store.fielddefs[name][1])

@@ -105,7 +105,7 @@ class Recording:
         key = (raw.topic, raw.type)
         if key not in self._stamps:
             try:
-                self._stamps[key] = self._type_of(raw).stamp_layout()
+                self._stamps[key] = self._type_of(raw).stamp_layout
             except DatasetsError:
                 self._stamps[key] = None
         layout = self._stamps[key]

@@ -320,19 +320,27 @@ def test_a_type_defined_nowhere_is_listed_and_only_its_decoding_fails(write_reco
             recording.decode(lost)
 
 
-def test_a_broken_definition_hinders_only_its_own_topic(write_recording: Write) -> None:
+@pytest.mark.parametrize(
+    "text",
+    [
+        "%$",
+        "std_msgs/Header header\nuint8 more",
+        f"std_msgs/Header header\n{'=' * 80}\nMSG: std_msgs/Header\nuint32 seq",
+    ],
+    ids=["no definition", "header not defined", "header without a stamp"],
+)
+def test_a_broken_definition_hinders_only_its_own_topic(text: str, write_recording: Write) -> None:
     folder = write_recording("db3", [("/note", STRING, EPOCH_NS + 1, {"data": "hello"}), *imu_entries(1)])
     with sqlite3.connect(folder / "bag.db3") as database:
-        database.execute(
-            "UPDATE message_definitions SET encoded_message_definition = '%$' WHERE topic_type = ?", (STRING,)
-        )
+        broken = "UPDATE message_definitions SET encoded_message_definition = ? WHERE topic_type = ?"
+        database.execute(broken, (text, IMU))
     database.close()
     with open_recording(folder) as recording:
         imu, note = recording.messages(["/note", "/imu"])
-        assert isinstance(recording.decode(imu), ImuSample)
-        assert recording.header_stamp_ns(note) is None
-        with pytest.raises(DatasetsError, match=r"/note .*its definition cannot be read"):
-            recording.decode(note)
+        assert isinstance(recording.decode(note), StringSample)
+        assert recording.header_stamp_ns(imu) is None
+        with pytest.raises(DatasetsError, match=r"/imu .*its definition cannot be read"):
+            recording.decode(imu)
 
 
 def test_one_type_name_with_two_layouts_on_a_topic_is_refused_to_decode(write_recording: Write, tmp_path: Path) -> None:

@@ -263,10 +263,10 @@ def test_a_message_of_another_recording_is_refused(write_recording: Write) -> No
 def damaged(data: bytes, seed: int) -> Iterator[bytes]:
     """Truncations and flipped bits, spread over the file, more of them where the small structures are: at its ends."""
     rng = np.random.default_rng(seed)
-    for share in rng.random(12):
+    for share in rng.random(6):
         yield data[: int(share * len(data))]
-    ends = np.concatenate([rng.integers(0, 300, 12), len(data) - 1 - rng.integers(0, 300, 12)])
-    for place in np.concatenate([ends, rng.integers(0, len(data), 24)]) % len(data):
+    ends = np.concatenate([rng.integers(0, 300, 6), len(data) - 1 - rng.integers(0, 300, 6)])
+    for place in np.concatenate([ends, rng.integers(0, len(data), 12)]) % len(data):
         changed = bytearray(data)
         changed[place] ^= 1 << int(rng.integers(8))
         yield bytes(changed)
