@@ -26,6 +26,8 @@ from navtool.datasets.reader import Episode, NavDataset
 logger = logging.getLogger(__name__)
 
 LABELS_VERSION = 1
+SPEED_RATIO = 1.1
+"""Poses and speeds of an odometry that differ by a larger factor are worth a note."""
 _REBUILD = "run `navtool check` on it; ingest its recording again"
 Progress = Callable[[str, int, int], None]
 
@@ -114,6 +116,12 @@ def _count(report: LabelReport, episode: Episode, labels: EpisodeLabels) -> None
     report.known_steps += int(known.sum())
     report.all_steps += known.size
     report.negatives += int((known & (outcome[ahead] == 0)).any(axis=1).sum())
+    ratio = labels.speed_ratio
+    if ratio is not None and not 1 / SPEED_RATIO <= ratio <= SPEED_RATIO:
+        report.notes.append(
+            f"{episode.source}: by its poses the odometry drives {ratio:.2f} times as far as by its speeds; "
+            f"only {known.mean():.0%} of the steps are known"
+        )
 
 
 def _differs(dataset: NavDataset, episode: Episode, labels: EpisodeLabels) -> bool:

@@ -12,6 +12,7 @@ from navtool.datasets.labels.events import Event
 from navtool.datasets.labels.intervals import label_rows
 from navtool.datasets.labels.known import known_steps
 from navtool.datasets.labels.rules import FlagSignal, ImuSignal, RuleResult, Signals, apply_rules
+from navtool.datasets.labels.speed_ratio import speed_ratio
 from navtool.datasets.reader import Episode, NavDataset
 from navtool.datasets.schema import ACTION_KEY, HORIZON_STEPS, POSE_KEY, STATE_KEY, TIMESTAMP_NS_KEY
 from navtool.pipeline.arrays import Array
@@ -23,6 +24,8 @@ class EpisodeLabels:
 
     columns: dict[str, Shaped[Array, "rows *shape"]]
     rules: tuple[RuleResult, ...]
+    speed_ratio: float | None
+    """Distance by the poses over distance by the speeds; None where the robot hardly moves."""
 
     @property
     def reasons(self) -> dict[str, int]:
@@ -44,8 +47,9 @@ def label_episode(dataset: NavDataset, episode: Episode, config: LabelConfig, ev
     found = sorted((entry for rule in rules for entry in rule.intervals), key=lambda entry: entry.confidence)
     manual = [event.interval(config.event_confidence) for event in events]
     labels = label_rows(signals.stamps_ns, signals.period_ns, [*found, *manual], config.success_confidence)
+    pose = signals.pose[:, [0, 1, 5]]
     known = known_steps(
-        signals.pose[:, [0, 1, 5]],
+        pose,
         signals.state,
         signals.state_valid,
         dataset.fps,
@@ -59,7 +63,7 @@ def label_episode(dataset: NavDataset, episode: Episode, config: LabelConfig, ev
         "label.reason": labels.reason,
         "label.confidence": labels.confidence,
     }
-    return EpisodeLabels(columns, rules)
+    return EpisodeLabels(columns, rules, speed_ratio(pose, signals.state, signals.state_valid, dataset.fps))
 
 
 def episode_signals(dataset: NavDataset, episode: Episode) -> Signals:

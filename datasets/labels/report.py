@@ -52,6 +52,7 @@ class LabelReport:
         rules: Each rule's result.
         events: The events file; None without one.
         rewritten: Episodes whose data file changed.
+        notes: What a user should look at.
     """
 
     dataset: str
@@ -65,6 +66,7 @@ class LabelReport:
     rules: dict[str, RuleReport] = field(default_factory=dict)
     events: EventsFile | None = None
     rewritten: list[int] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     def add_rules(self, episode: int, results: tuple[RuleResult, ...]) -> None:
         """Count what the rules say of one episode."""

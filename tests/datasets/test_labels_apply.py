@@ -115,6 +115,7 @@ def test_each_fault_is_labelled_at_its_rows_and_nothing_else(dataset: Path) -> N
     assert set(np.unique(found["confidence"][161:])) == {np.float32(0.8)}
     assert report.reasons == {"collision": 10, "stuck": 30, "intervention": 10}
     assert (report.episodes, report.rows, report.failed_rows, report.rewritten) == (2, 322, 50, [0, 1])
+    assert report.notes == []
 
 
 def test_what_a_rule_could_not_tell_is_reported_by_episode(dataset: Path) -> None:
@@ -143,6 +144,18 @@ def test_known_steps_are_those_of_the_labelled_run(dataset: Path) -> None:
     outcome = labels(dataset)["outcome"][:161]
     ahead = (np.arange(161)[:, None] + np.arange(10)).clip(max=160)
     assert report.negatives == int((known[:161] & (outcome[ahead] == 0)).any(axis=1).sum()) > 0
+
+
+def test_an_odometry_at_odds_with_itself_is_noted(tmp_path: Path, write_recording: Callable[..., Path]) -> None:
+    def faster() -> Iterator[tuple[str, str, int, dict[str, Any]]]:
+        for topic, kind, stamp_ns, fields in run_with_faults(full=False):
+            if topic == "/odom":
+                fields["twist"] = {"twist": {"linear": {"x": 2.0}}}
+            yield topic, kind, stamp_ns, fields
+
+    ingest([write_recording("mcap", faster(), name="odd")], tmp_path / "set", RobotConfig(), IngestConfig())
+    (note,) = label_dataset(tmp_path / "set", LabelConfig()).notes
+    assert "/odd: by its poses the odometry drives 0.50 times as far as by its speeds" in note
 
 
 def test_events_override_rules_and_count_seconds_from_the_start(dataset: Path, tmp_path: Path) -> None:
