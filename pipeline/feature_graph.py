@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from navtool.pipeline.scripting import no_type_check
+
 
 @dataclass(kw_only=True, slots=True)
 class FeatureGraphConfig:
@@ -45,6 +47,7 @@ class FeatureGraphConfig:
         return self.image + self.point + self.velocity + self.trajectory
 
 
+@no_type_check
 def reliability_matrix(r_image: Tensor, r_point: Tensor, sizes: list[int]) -> Tensor:
     r"""Return how far each pair of nodes may be trusted.
 
@@ -86,6 +89,7 @@ def reliability_matrix(r_image: Tensor, r_point: Tensor, sizes: list[int]) -> Te
     return torch.addcmul(torch.addcmul(rest, from_image, r_image), from_point, r_point)  # [B, N, N], eq. (7)
 
 
+@no_type_check
 def feature_graph(f_vec: Tensor, reliability: Tensor, edge_decay: float = 15.0) -> Tensor:
     r"""Return the weighted adjacency matrix of the feature vector.
 
