@@ -9,6 +9,8 @@ from jaxtyping import Bool, Float64
 
 from navtool.pipeline.arrays import Array
 
+_ARC_SHARES = np.array([[0.25], [0.5], [0.75]])
+
 
 def clip_to_half_space(
     polygons: Float64[Array, "n corners dim"], normal: Float64[Array, " dim"], offset: float
@@ -36,8 +38,8 @@ def clip_to_disc(
     """The parts of convex polygons within a disc about the origin, and the mask of those with a part left.
 
     Note:
-        Where the outline leaves the disc and comes back, the chord replaces the arc, and a polygon none of whose edges
-        enters the disc is left out even if it contains the disc: use polygons that are small beside it.
+        Where the outline follows the circle, four chords replace the arc. A polygon none of whose edges enters the disc
+        is left out even if it contains the disc.
     """
     inside = np.hypot(polygons[..., 0], polygons[..., 1]) <= radius
     if inside.all():
@@ -54,7 +56,23 @@ def clip_to_disc(
     kept = touches.any(axis=1)
     first = polygons + np.clip(enter, 0.0, 1.0)[..., None] * edge
     second = polygons + np.clip(leave, 0.0, 1.0)[..., None] * edge
-    return _compact(first[kept], touches[kept], second[kept], touches[kept]), kept
+    return _with_arcs(_compact(first[kept], touches[kept], second[kept], touches[kept]), radius), kept
+
+
+def _with_arcs(chords: Float64[Array, "n ends 2"], radius: float) -> Float64[Array, "n more 2"]:
+    """The outlines with points on the arc from each chord's end to the next one's start, where both are on the circle.
+
+    The padding repeats an end, and from a point to itself there is no arc.
+    """
+    starts, ends = chords[:, 0::2], chords[:, 1::2]
+    following = np.roll(starts, -1, axis=1)
+    rim = 0.999999 * radius
+    on_circle = (np.hypot(ends[..., 0], ends[..., 1]) > rim) & (np.hypot(following[..., 0], following[..., 1]) > rim)
+    between = ends[:, :, None] * (1 - _ARC_SHARES) + following[:, :, None] * _ARC_SHARES
+    length = np.maximum(np.hypot(between[..., 0], between[..., 1]), 1e-300)
+    arcs = np.where(on_circle[:, :, None, None], between * (radius / length)[..., None], ends[:, :, None])
+    outline = np.concatenate([starts[:, :, None], ends[:, :, None], arcs], axis=2)
+    return np.asarray(outline.reshape(len(chords), outline.shape[1] * outline.shape[2], 2))
 
 
 def _compact(

@@ -9,6 +9,7 @@ from jaxtyping import Float64
 from navtool.pipeline.arrays import Array
 
 _NEWTON_STEPS = 25
+_CONVERGED = 1e-13
 
 
 @runtime_checkable
@@ -88,7 +89,9 @@ class RationalDistortion:
             determinant = xx * yy - xy * xy
             determinant = np.where(np.abs(determinant) < 1e-12, 1e-12, determinant)
             step = np.column_stack([yy * error[:, 0] - xy * error[:, 1], xx * error[:, 1] - xy * error[:, 0]])
-            point = self._within(point - step / determinant[:, None])
+            before, point = point, self._within(point - step / determinant[:, None])
+            if np.abs(point - before).max(initial=0.0) < _CONVERGED:
+                break
         return point
 
     def _within(self, point: Float64[Array, "n 2"]) -> Float64[Array, "n 2"]:
@@ -138,7 +141,9 @@ class EquidistantDistortion:
         for _ in range(_NEWTON_STEPS):
             square = angle * angle
             error = angle * np.polyval(self._polynomial, square) - target
-            angle = np.clip(angle - error / np.maximum(np.polyval(self._slope, square), 1e-6), 0.0, limit)
+            before, angle = angle, np.clip(angle - error / np.maximum(np.polyval(self._slope, square), 1e-6), 0, limit)
+            if np.abs(angle - before).max(initial=0.0) < _CONVERGED:
+                break
         scale = np.where(target > 0, np.tan(angle) / np.where(target > 0, target, 1.0), 1.0)
         scaled: Array = distorted * scale[:, None]
         return scaled

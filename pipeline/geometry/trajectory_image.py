@@ -12,8 +12,9 @@ from navtool.pipeline.geometry.clip_polygons import clip_to_disc, clip_to_half_s
 from navtool.pipeline.geometry.transforms import apply_transform, invert_transform
 from navtool.pipeline.geometry.unicycle import poses_after
 
-_MAX_TURN_RAD = 0.1
+_MAX_SAGITTA_M = 0.002
 _DISTORTED_EDGE_POINTS = 5
+_DISTORTED_SECTIONS = 20
 _SUBPIXEL_BITS = 4
 _PIXEL_LIMIT = 1e7
 
@@ -97,30 +98,38 @@ def trajectory_images(
     images = np.zeros((len(velocities), height, width), np.uint8)
     moving = np.flatnonzero(np.any(velocities != 0, axis=1))
     scaled = camera.scaled_to(width, height)
-    edge_points = 2 if scaled.is_ideal else _DISTORTED_EDGE_POINTS
-    ground = _swath_polygons(velocities[moving].astype(np.float64), config, edge_points)
+    ground = _swath_polygons(velocities[moving].astype(np.float64), config, straight=scaled.is_ideal)
     owner = np.repeat(moving, ground.shape[1])
     flat = ground.reshape(-1, 2)
     points = np.column_stack([flat, np.full(len(flat), -base_height_m)])
-    optical = apply_transform(invert_transform(base_camera), points).reshape(len(owner), -1, 3)
+    optical = apply_transform(invert_transform(base_camera), points).reshape(len(owner), ground.shape[2], 3)
     pixels, owner = _project_polygons(optical, owner, scaled, config.near_m)
     return _fill(images, pixels, owner)
 
 
 def _swath_polygons(
-    velocities: Float64[Array, "n 2"], config: TrajectoryImageConfig, edge_points: int
+    velocities: Float64[Array, "n 2"], config: TrajectoryImageConfig, *, straight: bool
 ) -> Float64[Array, "n sections points 2"]:
-    """The swath as strips between consecutive cross-sections: convex polygons (x, y) on the ground."""
+    """The swath as strips between consecutive cross-sections: convex polygons (x, y) on the ground.
+
+    Where the lens does not keep lines straight, the strips are shorter the nearer they are to the robot, and the
+    cross-sections have points between their ends.
+    """
     speed, turn_rate = np.abs(velocities).T
     duration = config.horizon * config.dt_s
     # After a whole turn the robot passes over the same ground again.
     until = np.minimum(duration, 2 * np.pi / np.maximum(turn_rate, 1e-9))
-    most_turned = float((turn_rate * until).max(initial=0.0))
-    sections = max(config.horizon, int(np.ceil(most_turned / _MAX_TURN_RAD)))
-    unit_times = np.linspace(0.0, 1.0, sections + 1)
+    half = config.robot_width_m / 2
+    # An arc of length s that turns by d rises s d / 8 above its chord; the outer edge of the swath is the longest.
+    rise = (speed + turn_rate * half) * until * turn_rate * until / 8
+    sections = int(np.ceil(np.sqrt(rise.max(initial=0.0) / _MAX_SAGITTA_M)))
+    if straight:
+        unit_times, edge_points = np.linspace(0.0, 1.0, max(sections, 1) + 1), 2
+    else:
+        sections = max(2 * sections, _DISTORTED_SECTIONS)
+        unit_times, edge_points = np.linspace(0.0, 1.0, sections + 1) ** 2, _DISTORTED_EDGE_POINTS
     # Scaling both velocities by the duration lets all rows share one time axis.
     poses = poses_after(velocities * until[:, None], unit_times)
-    half = config.robot_width_m / 2
     leftward = half * np.stack([-np.sin(poses[..., 2]), np.cos(poses[..., 2])], axis=-1)
     left, right = poses[..., :2] + leftward, poses[..., :2] - leftward
     # Two consecutive cross-sections form an isosceles trapezoid. With the turning centre inside the robot's width they
