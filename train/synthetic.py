@@ -15,7 +15,7 @@ _TILT = (np.cos(0.5), np.sin(0.5))
 _OPTICAL_IN_BASE = np.array(
     [[0.0, -_TILT[1], _TILT[0], 0.2], [-1.0, 0.0, 0.0, 0.0], [0.0, -_TILT[0], -_TILT[1], 0.5], [0.0, 0.0, 0.0, 1.0]]
 )
-_FAILURE_PERIOD, _FAILURE_LENGTH = 25, 8
+_FAILURE_PERIOD, _FAILURE_LENGTH = 40, 8
 
 
 @dataclass(kw_only=True, slots=True)
@@ -47,7 +47,7 @@ class SyntheticConfig:
 class SyntheticSource:
     """A robot that fails now and then, and whose sensors show it coming.
 
-    Every 25 rows a wall stands in the way for 8 rows: the image darkens and the cloud comes near as it approaches, and
+    Every 40 rows a wall stands in the way for 8 rows: the image darkens and the cloud comes near as it approaches, and
     the outcome is 0 while it is there. It offers what `navtool.train.source.NavSource` asks for. Columns may be
     replaced to build other cases.
     """

@@ -1,0 +1,147 @@
+"""A training run from a data set to a folder with checkpoints, figures and lineage."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+
+from navtool.datasets.reader import NavDataset
+from navtool.train.checkpoint import checkpoint_stamp, load_run
+from navtool.train.config import TrainConfig
+from navtool.train.datamodule import NavDataModule
+from navtool.train.device import torch_device
+from navtool.train.evaluate import EvaluationReport, evaluate_scorer
+from navtool.train.fit import fit
+from navtool.train.graspe.graspe import Graspe
+from navtool.train.module import SuccessModule
+from navtool.train.perf_monitor import PerfMonitor
+from navtool.train.resume import first_epoch
+from navtool.train.run_checkpoint import RunCheckpoint
+from navtool.train.run_folder import RUN_SCHEMA, RunFolder
+from navtool.train.run_lineage import check_same_data, run_lineage
+from navtool.train.seeding import seed_torch
+from navtool.train.source import NavSource
+from navtool.train.splits import Split, split_episodes
+from navtool.train.windows import WindowReport
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """A finished run."""
+
+    path: Path
+    """The run's folder."""
+    best_val_loss: float
+    """Smallest masked squared error on the validation split."""
+    best_epoch: int
+    """Epoch of it, counted from 0."""
+    epochs: int
+    """Epochs trained, those before a resume included."""
+    seconds: float
+    """Duration of this call."""
+    samples_per_s: float | None
+    """Training samples a second, validation not counted; None where nothing was left to train."""
+    data_wait_share: float | None
+    """Share of the training time spent waiting for data."""
+    samples: dict[str, WindowReport]
+    """Counts of each split."""
+
+
+def train(config: TrainConfig, dataset: Path, out: Path, *, resume: bool = False, progress: bool = False) -> RunResult:
+    """Train a network and leave a run folder.
+
+    On one CPU the weights are a function of data set, configuration and code, and a run that was stopped and resumed
+    ends with the same bits as one that was not.
+
+    Args:
+        config: The run's configuration.
+        dataset: Folder of a data set that ``navtool ingest`` wrote and ``navtool label`` labelled.
+        out: The run's folder; must not hold another run.
+        resume: Go on from the last whole epoch of the run in ``out``; begin it where there is none.
+        progress: Show a progress bar.
+
+    Raises:
+        TrainError: The run cannot be begun, resumed or finished; the message names the cure.
+        DatasetsError: The data set cannot be read.
+    """
+    return train_source(config, NavDataset(dataset), out, resume=resume, progress=progress)
+
+
+def train_source(
+    config: TrainConfig, source: NavSource, out: Path, *, resume: bool = False, progress: bool = False
+) -> RunResult:
+    """`train` on any store that offers what training needs."""
+    begin = time.perf_counter()
+    device = torch_device(config.trainer.device)
+    folder = RunFolder(out)
+    epoch = first_epoch(folder, config, resume=resume)
+    splits = split_episodes(source.episodes, config.split)
+    data = NavDataModule(source, splits, config, first_epoch=epoch)
+    lineage = run_lineage(config, source, splits, data.reports)
+    if epoch:
+        check_same_data(folder.read_lineage(), lineage)
+    module = SuccessModule(_network(config), config)
+    folder.write_config(config)
+    folder.write_lineage(lineage)
+
+    perf, checkpoints = PerfMonitor(), RunCheckpoint(folder.checkpoints, checkpoint_stamp(config))
+    fit(config, folder, module, data, [perf, checkpoints], device=device, resume=epoch > 0, progress=progress)
+    judged = {
+        split.value: _judge(folder, source, split, device)
+        for split in (Split.val, Split.test)
+        if splits.episodes(split)
+    }
+    result = RunResult(
+        path=out,
+        best_val_loss=checkpoints.best_loss,
+        best_epoch=checkpoints.best_epoch,
+        epochs=max(epoch, config.trainer.epochs),
+        seconds=time.perf_counter() - begin,
+        samples_per_s=perf.samples / perf.train_s if perf.train_s else None,
+        data_wait_share=perf.wait_s / perf.train_s if perf.train_s else None,
+        samples={split.value: report for split, report in data.reports.items()},
+    )
+    folder.write_metrics(_metrics(result, judged, device))
+    return result
+
+
+def _network(config: TrainConfig) -> Graspe:
+    """The network with the weights that the seed draws."""
+    seed_torch(config.seed, 0)
+    model = Graspe(config.model)
+    model.load_pretrained_image_weights()
+    return model
+
+
+def _judge(folder: RunFolder, source: NavSource, split: Split, device: torch.device) -> EvaluationReport:
+    """Judge the best checkpoint, as ``navtool evaluate`` would."""
+    loaded = load_run(folder.path)
+    return evaluate_scorer(
+        loaded.model.to(device),
+        source,
+        split,
+        kind="run",
+        config=loaded.config,
+        lineage=loaded.lineage,
+        device=device,
+    )
+
+
+def _metrics(result: RunResult, judged: Mapping[str, EvaluationReport], device: torch.device) -> dict[str, object]:
+    """The content of ``metrics.json``."""
+    return {
+        "schema_version": RUN_SCHEMA,
+        "epochs": result.epochs,
+        "best_epoch": result.best_epoch,
+        "best_val_loss": result.best_val_loss,
+        "seconds": result.seconds,
+        "samples_per_s": result.samples_per_s,
+        "data_wait_share": result.data_wait_share,
+        "device": device.type,
+        "splits": {
+            split: {"loss": report.loss, "metrics": report.metrics, "windows": report.windows}
+            for split, report in judged.items()
+        },
+    }

@@ -1,0 +1,75 @@
+"""What a run was made from: its data set, configuration, code, and which episodes it trained on."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from navtool.datasets.lineage import code_version, config_hash, plain
+from navtool.train.config import TrainConfig
+from navtool.train.errors import TrainError
+from navtool.train.source import NavSource
+from navtool.train.splits import Split, Splits
+from navtool.train.windows import WindowReport
+
+_PARTS = (Split.train, Split.val, Split.test)
+
+
+def run_lineage(
+    config: TrainConfig, source: NavSource, splits: Splits, reports: Mapping[Split, WindowReport]
+) -> dict[str, Any]:
+    """The content of ``lineage.json``: plain values, the same for the same inputs and code."""
+    episodes = {
+        split.value: [
+            {"episode": index, "source": source.episodes[index].source, "place": source.episodes[index].place}
+            for index in splits.episodes(split)
+        ]
+        for split in _PARTS
+    }
+    return {
+        "dataset": plain(source.lineage()),
+        "config_hash": config_hash(config),
+        "code_version": code_version(),
+        "split": episodes,
+        "samples": {split.value: plain(report) for split, report in reports.items()},
+    }
+
+
+def splits_of(lineage: Mapping[str, Any], source: NavSource) -> Splits:
+    """The episodes that the run's splits hold, in this data set.
+
+    A data set that has grown since still has them under the same numbers.
+
+    Raises:
+        TrainError: This is another data set, or the lineage is damaged.
+    """
+    try:
+        parts = {
+            split: [(int(entry["episode"]), str(entry["source"])) for entry in lineage["split"][split.value]]
+            for split in _PARTS
+        }
+    except (KeyError, TypeError, ValueError) as error:
+        raise TrainError(f"holds no split ({error})", where="lineage.json", cure="train again") from error
+    for index, name in (entry for entries in parts.values() for entry in entries):
+        found = source.episodes[index].source if 0 <= index < len(source.episodes) else None
+        if found != name:
+            raise TrainError(
+                f"the run knows episode {index} as {name}, this data set has {found or 'no such episode'} there",
+                where="split",
+                cure="give the data set that the run was trained on, or split=all to evaluate on every episode",
+            )
+    train, val, test = (tuple(index for index, _ in parts[split]) for split in _PARTS)
+    return Splits(train=train, val=val, test=test)
+
+
+def check_same_data(old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
+    """Make sure that a resumed run sees what it saw before.
+
+    Raises:
+        TrainError: The data set, its labels or the split have changed.
+    """
+    changed = [name for name in ("dataset", "split", "samples") if old.get(name) != new.get(name)]
+    if changed:
+        raise TrainError(
+            f"{' and '.join(changed)} changed since the run began",
+            where="lineage.json",
+            cure="begin a new run in another folder",
+        )
