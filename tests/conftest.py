@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from jaxtyping import install_import_hook
 
-pytest_plugins = ("recording_factory", "drive_factory")
+pytest_plugins = ("recording_factory", "drive_factory", "composed_factory")
 
 # Before any of the modules is imported: every jaxtyping signature below is checked by beartype.
 install_import_hook(["navtool.pipeline", "navtool.datasets", "navtool.sim"], "beartype.beartype")
