@@ -1,18 +1,21 @@
 """MCAP recordings; chunks uncompressed or lz4 or zstd, with or without an index."""
 
+import heapq
 from collections import Counter
 from collections.abc import Collection, Iterator
+from operator import itemgetter
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from mcap.reader import SeekingReader
 from mcap.records import Channel as ChannelRecord
-from mcap.records import Message, Schema, Statistics
+from mcap.records import ChunkIndex, Message, Schema, Statistics
 from mcap.stream_reader import StreamReader
 from mcap.summary import Summary
 
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.foreign import translated
+from navtool.datasets.recording.mcap_chunk import ChunkMessage, chunk_messages
 from navtool.datasets.recording.message_compression import decompressed
 from navtool.datasets.recording.raw import RawMessage
 from navtool.datasets.recording.source import Channel, Definition, normalised_type
@@ -28,6 +31,7 @@ class _Index(NamedTuple):
     statistics: Statistics
     channels: dict[int, ChannelRecord]
     schemas: dict[int, Schema]
+    chunks: list[ChunkIndex]
 
 
 class McapSource:
@@ -49,11 +53,12 @@ class McapSource:
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """The messages of the topics in the order of their record times."""
         wanted = {key: (c.topic, c.type) for key, c in self._channel_of.items() if c.topic in topics and c.count}
-        names = {topic for topic, _ in wanted.values()}
         with translated("this MCAP recording is damaged", where=self._where, cure=_CURE):
-            if self._indexed:
-                for _, channel, message in self._reader.iter_messages(names):
-                    yield RawMessage(*wanted[channel.id], message.log_time, decompressed(message.data))
+            if self._chunks is not None:
+                streams = [_from(self._file, index, wanted) for index in self._chunks if _holds(index, wanted)]
+                for record_ns, message in heapq.merge(*streams, key=itemgetter(0)):
+                    if message is not None:
+                        yield RawMessage(*wanted[message.channel_id], record_ns, decompressed(message.data))
                 return
             if not self._sorted:
                 raise DatasetsError(
@@ -75,12 +80,12 @@ class McapSource:
         if index is None:
             self._scan()
         else:
-            statistics, channels, schemas = index
+            statistics, channels, schemas, _ = index
             counts = statistics.channel_message_counts
             self._channel_of = {key: _channel(record, schemas, counts.get(key, 0)) for key, record in channels.items()}
             counted = statistics.message_count > 0
             self.span_ns = (statistics.message_start_time, statistics.message_end_time) if counted else None
-        self._indexed = index is not None
+        self._chunks = None if index is None else index.chunks
         self.channels = tuple(self._channel_of.values())
 
     def _scan(self) -> None:
@@ -116,7 +121,23 @@ def _complete(summary: Summary) -> _Index | None:
     )
     counted = sum(statistics.channel_message_counts.values()) == statistics.message_count
     located = bool(summary.chunk_indexes) or statistics.message_count == 0
-    return _Index(statistics, summary.channels, summary.schemas) if described and counted and located else None
+    if not (described and counted and located):
+        return None
+    return _Index(statistics, summary.channels, summary.schemas, summary.chunk_indexes)
+
+
+def _holds(index: ChunkIndex, channel_ids: Collection[int]) -> bool:
+    """Whether the chunk may hold messages of the channels; one without an index of its own may hold any."""
+    return not index.message_index_offsets or any(key in index.message_index_offsets for key in channel_ids)
+
+
+def _from(
+    stream: BinaryIO, index: ChunkIndex, channel_ids: Collection[int]
+) -> Iterator[tuple[int, ChunkMessage | None]]:
+    """The messages with their times, after an empty entry that keeps the chunk unread before its time."""
+    yield index.message_start_time, None
+    for message in chunk_messages(stream, index, channel_ids):
+        yield message.record_ns, message
 
 
 def _channel(record: ChannelRecord, schemas: dict[int, Schema], count: int) -> Channel:
