@@ -1,6 +1,7 @@
 """Recordings of a simulated drive, as the robot's own recorder would have written them."""
 
 import shutil
+import sqlite3
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -103,8 +104,8 @@ def write_recording(
                     write(message.topic, message.record_ns, message.make())
             source = written / path.name if storage is RecordingFormat.mcap else written
             shutil.move(source, path)
-    except OSError as error:
-        raise SimError(f"cannot write a recording: {error.strerror or error}", where=path) from error
+    except (OSError, sqlite3.Error) as error:
+        raise SimError(f"cannot write a recording: {getattr(error, 'strerror', None) or error}", where=path) from error
     return path
 
 
