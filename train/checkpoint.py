@@ -1,6 +1,7 @@
 """Reading the checkpoints of a run: tensors and plain values only, never code."""
 
 import pickle
+import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -67,7 +68,8 @@ def read_checkpoint(path: Path) -> dict[str, Any]:
         cure = "train until an epoch is complete, or resume the run"
         raise TrainError("no such checkpoint", where=path, cure=cure)
     try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
+        with warnings.catch_warnings(action="ignore"):  # its doubts about a foreign pickle; ours is an error
+            content = torch.load(path, map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
         raise TrainError(
             "holds more than tensors and plain values; it was not loaded, as a pickle can run any code",
