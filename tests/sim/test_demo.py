@@ -28,6 +28,7 @@ def test_equal_arguments_plan_the_same_demo() -> None:
     assert first.config.seed != other.config.seed
 
 
+@pytest.mark.slow
 def test_a_demo_is_written_place_by_place_with_progress(tmp_path: Path) -> None:
     progress: list[tuple[int, int]] = []
     paths = write_demo_recordings(tmp_path, 2, 1, 10.0, lambda done, total: progress.append((done, total)))
