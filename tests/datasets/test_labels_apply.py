@@ -258,7 +258,7 @@ def without_code_version(content: dict[str, bytes]) -> dict[str, Any]:
     return content | {"navtool/labels.json": {key: value for key, value in told.items() if key != "code_version"}}
 
 
-@pytest.mark.parametrize(("stage", "at"), [("write", 1), ("replace", 3)])
+@pytest.mark.parametrize(("stage", "at"), [pytest.param("write", 1, marks=pytest.mark.slow), ("replace", 3)])
 def test_a_killed_run_leaves_all_old_or_all_new_labels(dataset: Path, tmp_path: Path, stage: str, at: int) -> None:
     shutil.copytree(dataset, tmp_path / "whole")
     label_dataset(tmp_path / "whole", LabelConfig())
