@@ -4,6 +4,7 @@ Read with SQLite itself: the storage reader of rosbags builds an unescaped URI o
 the table has no index of times, and leaves out what a crashed recorder had not yet moved out of the write-ahead log.
 """
 
+import logging
 import shutil
 import sqlite3
 from collections.abc import Collection, Iterator
@@ -16,6 +17,7 @@ from navtool.datasets.recording.message_compression import decompressed
 from navtool.datasets.recording.raw import RawMessage
 from navtool.datasets.recording.source import Channel, Definition, normalised_type
 
+_LOGGER = logging.getLogger(__name__)
 _CURE = "if the recorder was killed or the copy is incomplete, try `sqlite3 FILE .recover` on a copy or copy it again"
 _DEFINITION_FORMATS = {"ros2msg": "msg", "ros2idl": "idl"}
 _LOGS = ("-wal", "-journal")
@@ -45,7 +47,9 @@ class Db3Source:
         with translated("this db3 recording is damaged", where=self._where, cure=_CURE):
             wanted = {key: (c.topic, c.type) for key, c in self._channel_of.items() if c.topic in topics and c.count}
             for topic_id, record_ns, data in self._rows(tuple(wanted)):
-                yield RawMessage(*wanted[topic_id], record_ns, decompressed(bytes(data)))
+                if not isinstance(data, bytes):
+                    raise DatasetsError(f"a message of {wanted[topic_id][0]} at {record_ns} ns is no blob", cure=_CURE)
+                yield RawMessage(*wanted[topic_id], int(record_ns), decompressed(data))
 
     def close(self) -> None:
         """Let go of the file, and of its copy where there was need for one."""
@@ -54,14 +58,17 @@ class Db3Source:
             self._copy.cleanup()
 
     def _connect(self) -> sqlite3.Connection:
-        logs = [log for suffix in _LOGS if (log := Path(f"{self._path}{suffix}")).is_file() and log.stat().st_size]
+        # SQLite looks for its logs beside the file itself, not beside a link to it.
+        file = self._path.resolve()
+        logs = [log for suffix in _LOGS if (log := Path(f"{file}{suffix}")).is_file() and log.stat().st_size]
         if not logs:
-            return sqlite3.connect(f"{self._path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
+            return sqlite3.connect(f"{file.as_uri()}?mode=ro&immutable=1", uri=True)
         # Only SQLite can apply what the logs hold, and it needs to write for that.
         self._copy = TemporaryDirectory(prefix="navtool-db3-")
-        for file in (self._path, *logs):
-            shutil.copy(file, self._copy.name)
-        return sqlite3.connect(Path(self._copy.name, self._path.name))
+        _LOGGER.info("%s was not closed by its recorder: reading a copy of it in %s", self._where, self._copy.name)
+        for part in (file, *logs):
+            shutil.copy(part, self._copy.name)
+        return sqlite3.connect(Path(self._copy.name, file.name))
 
     def _read_index(self) -> None:
         tables = {name for (name,) in self._database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
@@ -79,13 +86,13 @@ class Db3Source:
                 if text
             }
         counts: dict[int, tuple[int, int, int]] = {
-            key: (count, first, last)
+            key: (count, int(first), int(last))
             for key, count, first, last in self._database.execute(
                 "SELECT topic_id, COUNT(*), MIN(timestamp), MAX(timestamp) FROM messages GROUP BY topic_id"
             )
         }
         self._channel_of = {
-            key: Channel(name, normalised_type(kind), encoding, definitions.get(kind), counts.get(key, (0, 0, 0))[0])
+            key: Channel(str(name), normalised_type(kind), encoding, definitions.get(kind), counts.get(key, (0,))[0])
             for key, name, kind, encoding in self._database.execute(
                 "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
             )

@@ -2,10 +2,12 @@
 
 import shutil
 import sqlite3
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
@@ -13,6 +15,7 @@ from navtool.datasets.decode.messages import ImuSample, StringSample, TwistSampl
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording import RawMessage, RecordingFormat, open_recording
 
+IMAGE = "sensor_msgs/msg/Image"
 IMU = "sensor_msgs/msg/Imu"
 TWIST = "geometry_msgs/msg/Twist"
 STRING = "std_msgs/msg/String"
@@ -249,6 +252,26 @@ def test_what_a_killed_recorder_left_in_the_write_ahead_log_is_read(write_record
         *[EPOCH_NS * 2] * 3,
     ]
     assert listing(killed) == before
+
+
+def test_a_link_to_a_database_is_read_like_the_database(write_recording: Write, tmp_path: Path) -> None:
+    link = tmp_path / "link.db3"
+    link.symlink_to(write_recording("db3", imu_entries(3)) / "bag.db3")
+    assert len(all_messages(link)) == 3
+
+
+def test_reading_holds_a_fraction_of_the_recording(container: str, write_recording: Write) -> None:
+    pixels = np.zeros(300_000, np.uint8)
+    images = [("/image", IMAGE, EPOCH_NS + k, {"height": 1, "width": 100_000, "data": pixels}) for k in range(40)]
+    path = write_recording(container, images)
+    with open_recording(path) as recording:
+        tracemalloc.start()
+        try:
+            assert sum(len(raw.data) for raw in recording.messages(["/image"])) > 12_000_000
+            _, peak = tracemalloc.get_traced_memory()
+        finally:
+            tracemalloc.stop()
+    assert peak < 5_000_000
 
 
 def test_the_first_schema_of_db3_has_no_definitions_and_no_index(write_recording: Write) -> None:

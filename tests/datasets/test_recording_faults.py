@@ -143,6 +143,22 @@ def test_a_truncated_database_is_refused(write_recording: Write) -> None:
     assert caught.value.where == str(file)
 
 
+@pytest.mark.parametrize(("column", "value"), [("timestamp", "late"), ("timestamp", b"x"), ("data", None), ("data", 5)])
+def test_a_database_with_values_of_other_types_is_refused(column: str, value: object, write_recording: Write) -> None:
+    file = file_of(write_recording("db3", entries()))
+    with sqlite3.connect(file) as database:
+        database.executescript(
+            "ALTER TABLE messages RENAME TO strict;"
+            "CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"
+            "INSERT INTO messages SELECT * FROM strict;"
+        )
+        update = {"timestamp": "UPDATE messages SET timestamp = ?", "data": "UPDATE messages SET data = ?"}[column]
+        database.execute(update, (value,))
+    database.close()
+    with pytest.raises(DatasetsError, match=r"bag\.db3: (this db3 recording|a message of /imu)"):
+        read_all(file)
+
+
 def test_a_description_that_names_absent_files(write_recording: Write) -> None:
     folder = write_recording("mcap", entries())
     file_of(folder).unlink()
