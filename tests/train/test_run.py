@@ -14,7 +14,7 @@ from tensorboard.backend.event_processing.event_accumulator import (  # type: ig
 )
 
 from navtool.train.checkpoint import load_run, read_checkpoint
-from navtool.train.config import OptimizerConfig, TrainConfig
+from navtool.train.config import OptimizerConfig, Precision, TrainConfig
 from navtool.train.errors import TrainError
 from navtool.train.evaluate import evaluate_scorer
 from navtool.train.run import RunResult, train_source
@@ -200,3 +200,18 @@ def test_metrics_are_plain_json(finished: RunResult) -> None:
     text = RunFolder(finished.path).metrics.read_text(encoding="utf-8")
     assert "NaN" not in text
     assert json.loads(text)["schema_version"] == 1
+
+
+def test_every_option_trains(small_config: TrainConfig, small_world: SyntheticConfig, tmp_path: Path) -> None:
+    options = replace(
+        small_config.trainer,
+        epochs=1,
+        precision=Precision.bf16,
+        channels_last=True,
+        workers=1,
+        gradient_clip=1.0,
+        figure_samples=0,
+    )
+    result = train_source(replace(small_config, trainer=options), SyntheticSource(small_world), tmp_path / "run")
+    assert 0.0 < result.best_val_loss < 1.0
+    assert load_run(result.path).model.training is False
