@@ -8,8 +8,7 @@ from jaxtyping import Bool, Float, Float32, Int64, UInt64
 from navtool.pipeline.arrays import Array
 
 _MM_PER_M = 1000.0
-_RANK_SALT = np.uint64(0x9E3779B97F4A7C15)
-_START_SALT = np.uint64(0xD1B54A32D192ED03)
+_SALTS = (0x9E3779B97F4A7C15, 0xD1B54A32D192ED03)
 
 MAX_RANGE_M = 1000.0
 """Coordinates beyond this are no LiDAR returns and are dropped."""
@@ -22,7 +21,8 @@ class FixedSizeCloud(NamedTuple):
     """[x, y, z] in metres, rounded to 1 mm; the rows from `kept` on repeat those before, from the first one on.
 
     A reader that ignores `kept` then sees the same surfaces, only denser, and never points at the robot's own place.
-    An empty cloud is zero."""
+    An empty cloud is zero.
+    """
     kept: int
     """Number of rows that are points."""
 
@@ -83,8 +83,10 @@ def _front_mm(xyz: Float[Array, "n 3"]) -> Int64[Array, "3 m"]:
     # A comparison with NaN is false; so is that of infinity with the range.
     kept = (x >= 0) & (x <= MAX_RANGE_M) & (np.abs(y) <= MAX_RANGE_M) & (np.abs(z) <= MAX_RANGE_M)
     kept &= (x != 0) | (y != 0) | (z != 0)
-    front = columns[:, np.flatnonzero(kept)].astype(np.float64)
-    return np.rint(front * _MM_PER_M).astype(np.int64)
+    # float64: float32 would move points beyond 16 m by parts of a millimetre.
+    front = columns.take(np.flatnonzero(kept), axis=1).astype(np.float64)
+    front *= _MM_PER_M
+    return np.rint(front, out=front).astype(np.int64)
 
 
 class _VoxelGrid:
@@ -101,7 +103,7 @@ class _VoxelGrid:
         self._below = -(-int(MAX_RANGE_M * _MM_PER_M) // voxel_mm)
         self._across = 2 * self._below + 1
         self._places = voxel_mm**3
-        self._salt = np.uint64(seed % (1 << 64))
+        self._rank_salt, self._start_salt = (_mix(np.uint64((seed + salt) % (1 << 64))) for salt in _SALTS)
 
     def one_a_voxel(self, points_mm: Int64[Array, "3 n"]) -> Int64[Array, " m"]:
         """The smallest key of each voxel with a point, in ascending order."""
@@ -117,7 +119,7 @@ class _VoxelGrid:
 
     def ranks(self, keys: Int64[Array, " n"]) -> UInt64[Array, " n"]:
         """A seeded random order of the keys' voxels."""
-        return _mix((keys // self._places).astype(np.uint64) + _mix(self._salt + _RANK_SALT))
+        return _mix((keys // self._places).astype(np.uint64) + self._rank_salt)
 
     def points_mm(self, keys: Int64[Array, " n"]) -> Int64[Array, "3 n"]:
         """The points that the keys stand for."""
@@ -129,8 +131,8 @@ class _VoxelGrid:
 
     def _start(self, voxel: Int64[Array, " n"]) -> Int64[Array, " n"]:
         """Where the numbering of the voxel's places begins."""
-        mixed = _mix(voxel.astype(np.uint64) + _mix(self._salt + _START_SALT))
-        start: Array = (mixed >> np.uint64(33)).astype(np.int64) % self._places
+        mixed = _mix(voxel.astype(np.uint64) + self._start_salt)
+        start: Array = (mixed >> np.uint64(1)).astype(np.int64) % self._places
         return start
 
 

@@ -81,7 +81,7 @@ def image_reliability(rgb: UInt8[Array, "h w 3"], config: ImageReliabilityConfig
     saturated = config.corner_density_saturated * gray.size
     corners = min(count_corners(gray, config.fast_threshold, enough=saturated) / saturated, 1.0)
     image = config.brightness_weight * brightness + config.corner_weight * corners  # eq. (2)
-    return ImageReliability(min(image, 1.0), float(brightness), float(corners))
+    return ImageReliability(float(min(image, 1.0)), float(brightness), float(corners))
 
 
 def count_corners(gray: UInt8[Array, "h w"], threshold: int, *, enough: float = np.inf) -> int:
