@@ -2,23 +2,24 @@
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import torch
 
 from navtool.datasets.files import write_json
 from navtool.datasets.lineage import plain
 from navtool.datasets.reader import NavDataset
-from navtool.pipeline.success_metrics import SuccessMetrics, success_metrics
+from navtool.pipeline.success_metrics import BinaryMetrics, SuccessMetrics, success_metrics
 from navtool.train.checkpoint import load_run
 from navtool.train.config import Device, TrainConfig
 from navtool.train.datamodule import sample_loader
 from navtool.train.device import torch_device
 from navtool.train.errors import TrainError
 from navtool.train.predictions import Scorer, predict
-from navtool.train.run_lineage import splits_of
+from navtool.train.run_folder import RunFolder
+from navtool.train.run_lineage import dataset_path, splits_of
 from navtool.train.samples import SampleDataset
 from navtool.train.source import NavSource
 from navtool.train.splits import Split
@@ -28,10 +29,15 @@ REPORT_SCHEMA = 1
 """Raised whenever the JSON form of a report changes its meaning."""
 
 
+_FIGURES = tuple(entry.name for entry in fields(BinaryMetrics))
+
+
 @dataclass(frozen=True, slots=True)
 class EvaluationReport:
     """Figures of one network on one split."""
 
+    source: str
+    """Folder of the run or artefact."""
     kind: str
     """``run`` or ``artefact``."""
     split: str
@@ -49,16 +55,29 @@ class EvaluationReport:
     lineage: dict[str, Any]
     """What the network was made from."""
 
+    @property
+    def samples(self) -> int:
+        """Number of samples judged."""
+        return self.windows.samples
+
+    def columns(self) -> tuple[str, ...]:
+        """What the figures of a row of `rows` are of."""
+        return ("trajectory", "all steps", *(f"t+{step}" for step in range(len(self.metrics.per_step))))
+
+    def rows(self) -> tuple[tuple[str | float | None, ...], ...]:
+        """One row a metric: its name, and its figure for each column; None where it is undefined."""
+        judged = (self.metrics.trajectory, self.metrics.steps, *self.metrics.per_step)
+        return tuple((name, *(getattr(part, name) for part in judged)) for name in _FIGURES)
+
     def to_json(self) -> dict[str, Any]:
         """Plain values; an undefined figure is null."""
         content = plain(self)
-        assert isinstance(content, dict)  # noqa: S101 (plain makes an object of a dataclass)
-        return {"schema_version": REPORT_SCHEMA, **content}
+        return {"schema_version": REPORT_SCHEMA} | (content if isinstance(content, dict) else {})
 
 
 def evaluate_run(
     run: Path,
-    dataset: Path,
+    dataset: Path | None = None,
     split: Split = Split.test,
     out: Path | None = None,
     *,
@@ -69,7 +88,7 @@ def evaluate_run(
 
     Args:
         run: The run's folder.
-        dataset: The data set: the one that the run was trained on, or any other with ``Split.all``.
+        dataset: The data set: the one that the run was trained on (None finds it), or any other with ``Split.all``.
         split: Which episodes.
         out: File for the report as JSON; None writes none.
         checkpoint: ``best`` or ``last``.
@@ -82,12 +101,30 @@ def evaluate_run(
     loaded = load_run(run, checkpoint)
     place = torch_device(device)
     model = loaded.model.to(place)
+    where = dataset_path(loaded.lineage, RunFolder(run).lineage) if dataset is None else dataset
     report = evaluate_scorer(
-        model, NavDataset(dataset), split, kind="run", config=loaded.config, lineage=loaded.lineage, device=place
+        model,
+        NavDataset(where),
+        split,
+        origin=Origin(run.as_posix(), "run", loaded.config, loaded.lineage),
+        device=place,
     )
     if out is not None:
         write_json(out, report.to_json())
     return report
+
+
+class Origin(NamedTuple):
+    """Where a scorer comes from."""
+
+    source: str
+    """Folder of the run or artefact."""
+    kind: str
+    """``run`` or ``artefact``."""
+    config: TrainConfig
+    """What it was trained with: windows, batches and metrics follow it."""
+    lineage: Mapping[str, Any]
+    """What it was made from."""
 
 
 def evaluate_scorer(
@@ -95,9 +132,7 @@ def evaluate_scorer(
     source: NavSource,
     split: Split,
     *,
-    kind: str,
-    config: TrainConfig,
-    lineage: Mapping[str, Any],
+    origin: Origin,
     device: torch.device,
 ) -> EvaluationReport:
     """Judge anything that scores samples; it must be in evaluation mode.
@@ -105,6 +140,7 @@ def evaluate_scorer(
     Raises:
         TrainError: The split has no samples, or belongs to another data set.
     """
+    config, lineage = origin.config, origin.lineage
     if split is Split.all:
         episodes = tuple(episode.index for episode in source.episodes)
     else:
@@ -122,7 +158,8 @@ def evaluate_scorer(
     predictions = predict(score, loader, device)
     seconds = time.perf_counter() - begin
     return EvaluationReport(
-        kind=kind,
+        source=origin.source,
+        kind=origin.kind,
         split=split.value,
         trained_on=_trained_on(lineage, source, windows.episode.tolist()),
         loss=predictions.loss(),

@@ -12,7 +12,7 @@ from navtool.train.checkpoint import checkpoint_stamp, load_run
 from navtool.train.config import TrainConfig
 from navtool.train.datamodule import NavDataModule
 from navtool.train.device import torch_device
-from navtool.train.evaluate import EvaluationReport, evaluate_scorer
+from navtool.train.evaluate import EvaluationReport, Origin, evaluate_scorer
 from navtool.train.fit import fit
 from navtool.train.graspe.graspe import Graspe
 from navtool.train.module import SuccessModule
@@ -20,7 +20,7 @@ from navtool.train.perf_monitor import PerfMonitor
 from navtool.train.resume import first_epoch
 from navtool.train.run_checkpoint import RunCheckpoint
 from navtool.train.run_folder import RUN_SCHEMA, RunFolder
-from navtool.train.run_lineage import check_same_data, run_lineage
+from navtool.train.run_lineage import check_same_data, dataset_path, run_lineage
 from navtool.train.seeding import seed_torch
 from navtool.train.source import NavSource
 from navtool.train.splits import Split, split_episodes
@@ -31,7 +31,7 @@ from navtool.train.windows import WindowReport
 class RunResult:
     """A finished run."""
 
-    path: Path
+    run: Path
     """The run's folder."""
     best_val_loss: float
     """Smallest masked squared error on the validation split."""
@@ -41,9 +41,9 @@ class RunResult:
     """Epochs trained, those before a resume included."""
     seconds: float
     """Duration of this call."""
-    samples_per_s: float | None
-    """Training samples a second, validation not counted; None where nothing was left to train."""
-    data_wait_share: float | None
+    samples_per_s: float
+    """Training samples a second, validation not counted; 0 where nothing was left to train."""
+    data_wait_share: float
     """Share of the training time spent waiting for data."""
     samples: dict[str, WindowReport]
     """Counts of each split."""
@@ -67,6 +67,18 @@ def train(config: TrainConfig, dataset: Path, out: Path, *, resume: bool = False
         DatasetsError: The data set cannot be read.
     """
     return train_source(config, NavDataset(dataset), out, resume=resume, progress=progress)
+
+
+def resume(run: Path, *, progress: bool = False) -> RunResult:
+    """Go on with a run as it was configured, on the data set that it began with.
+
+    Raises:
+        TrainError: There is no run in the folder, or it cannot go on.
+        DatasetsError: Its data set cannot be read any more.
+    """
+    folder = RunFolder(run)
+    config = folder.read_config()
+    return train(config, dataset_path(folder.read_lineage(), folder.lineage), run, resume=True, progress=progress)
 
 
 def train_source(
@@ -94,13 +106,13 @@ def train_source(
         if splits.episodes(split)
     }
     result = RunResult(
-        path=out,
+        run=out,
         best_val_loss=checkpoints.best_loss,
         best_epoch=checkpoints.best_epoch,
         epochs=max(epoch, config.trainer.epochs),
         seconds=time.perf_counter() - begin,
-        samples_per_s=perf.samples / perf.train_s if perf.train_s else None,
-        data_wait_share=perf.wait_s / perf.train_s if perf.train_s else None,
+        samples_per_s=perf.samples / perf.train_s if perf.train_s else 0.0,
+        data_wait_share=perf.wait_s / perf.train_s if perf.train_s else 0.0,
         samples={split.value: report for split, report in data.reports.items()},
     )
     folder.write_metrics(_metrics(result, judged, device))
@@ -118,15 +130,8 @@ def _network(config: TrainConfig) -> Graspe:
 def _judge(folder: RunFolder, source: NavSource, split: Split, device: torch.device) -> EvaluationReport:
     """Judge the best checkpoint, as ``navtool evaluate`` would."""
     loaded = load_run(folder.path)
-    return evaluate_scorer(
-        loaded.model.to(device),
-        source,
-        split,
-        kind="run",
-        config=loaded.config,
-        lineage=loaded.lineage,
-        device=device,
-    )
+    origin = Origin(folder.path.as_posix(), "run", loaded.config, loaded.lineage)
+    return evaluate_scorer(loaded.model.to(device), source, split, origin=origin, device=device)
 
 
 def _metrics(result: RunResult, judged: Mapping[str, EvaluationReport], device: torch.device) -> dict[str, object]:

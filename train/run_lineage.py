@@ -1,9 +1,11 @@
 """What a run was made from: its data set, configuration, code, and which episodes it trained on."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from navtool.datasets.lineage import code_version, config_hash, plain
+from navtool.datasets.reader import NavDataset
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
 from navtool.train.source import NavSource
@@ -16,7 +18,7 @@ _PARTS = (Split.train, Split.val, Split.test)
 def run_lineage(
     config: TrainConfig, source: NavSource, splits: Splits, reports: Mapping[Split, WindowReport]
 ) -> dict[str, Any]:
-    """The content of ``lineage.json``: plain values, the same for the same inputs and code."""
+    """The content of ``lineage.json``: plain values; apart from the path the same for the same inputs and code."""
     episodes = {
         split.value: [
             {"episode": index, "source": source.episodes[index].source, "place": source.episodes[index].place}
@@ -25,6 +27,7 @@ def run_lineage(
         for split in _PARTS
     }
     return {
+        "dataset_path": source.root.resolve().as_posix() if isinstance(source, NavDataset) else None,
         "dataset": plain(source.lineage()),
         "config_hash": config_hash(config),
         "code_version": code_version(),
@@ -58,6 +61,18 @@ def splits_of(lineage: Mapping[str, Any], source: NavSource) -> Splits:
             )
     train, val, test = (tuple(index for index, _ in parts[split]) for split in _PARTS)
     return Splits(train=train, val=val, test=test)
+
+
+def dataset_path(lineage: Mapping[str, Any], where: Path) -> Path:
+    """The folder of the data set that a run was trained on.
+
+    Raises:
+        TrainError: The lineage does not say, as with a data set that was never in a folder.
+    """
+    path = lineage.get("dataset_path")
+    if not isinstance(path, str):
+        raise TrainError("does not say where the run's data set is", where=where, cure="name the data set's folder")
+    return Path(path)
 
 
 def check_same_data(old: Mapping[str, Any], new: Mapping[str, Any]) -> None:

@@ -13,7 +13,7 @@ from navtool.pipeline.success_metrics import success_metrics
 from navtool.train.config import Device, TrainConfig
 from navtool.train.device import torch_device
 from navtool.train.errors import TrainError
-from navtool.train.evaluate import EvaluationReport, evaluate_scorer
+from navtool.train.evaluate import EvaluationReport, Origin, evaluate_scorer
 from navtool.train.run_lineage import run_lineage
 from navtool.train.splits import Split, split_episodes
 from navtool.train.synthetic import SyntheticConfig, SyntheticSource
@@ -32,7 +32,7 @@ def judge(
     source: SyntheticSource, config: TrainConfig, split: Split, lineage: dict[str, Any] | None = None
 ) -> EvaluationReport:
     known = lineage if lineage is not None else lineage_of(source, config)
-    return evaluate_scorer(scorer, source, split, kind="run", config=config, lineage=known, device=CPU)
+    return evaluate_scorer(scorer, source, split, origin=Origin("run", "run", config, known), device=CPU)
 
 
 def lineage_of(source: SyntheticSource, config: TrainConfig) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from tensorboard.backend.event_processing.event_accumulator import (  # type: ig
 from navtool.train.checkpoint import load_run, read_checkpoint
 from navtool.train.config import OptimizerConfig, Precision, TrainConfig
 from navtool.train.errors import TrainError
-from navtool.train.evaluate import evaluate_scorer
+from navtool.train.evaluate import Origin, evaluate_scorer
 from navtool.train.run import RunResult, train_source
 from navtool.train.run_folder import RunFolder
 from navtool.train.splits import Split
@@ -71,7 +71,7 @@ def assert_same_state(one: Path, other: Path) -> None:
 
 
 def test_a_run_leaves_what_it_promises(finished: RunResult, small_config: TrainConfig) -> None:
-    folder = RunFolder(finished.path)
+    folder = RunFolder(finished.run)
     assert folder.read_config() == epochs(small_config, 3)
     assert folder.last.is_file()
     assert folder.best.is_file()
@@ -88,7 +88,7 @@ def test_a_run_leaves_what_it_promises(finished: RunResult, small_config: TrainC
 
 
 def test_tensorboard_gets_the_named_figures(finished: RunResult) -> None:
-    events = EventAccumulator(str(RunFolder(finished.path).tensorboard)).Reload()
+    events = EventAccumulator(str(RunFolder(finished.run).tensorboard)).Reload()
     names = {
         "train/loss",
         "val/loss",
@@ -108,16 +108,14 @@ def test_tensorboard_gets_the_named_figures(finished: RunResult) -> None:
 def test_the_best_checkpoint_is_the_one_with_the_smallest_loss(
     finished: RunResult, small_world: SyntheticConfig
 ) -> None:
-    losses = [e.value for e in EventAccumulator(str(finished.path / "tensorboard")).Reload().Scalars("val/loss")]
+    losses = [e.value for e in EventAccumulator(str(finished.run / "tensorboard")).Reload().Scalars("val/loss")]
     assert losses[finished.best_epoch] == pytest.approx(min(losses))
-    loaded = load_run(finished.path)
+    loaded = load_run(finished.run)
     report = evaluate_scorer(
         loaded.model,
         SyntheticSource(small_world),
         Split.val,
-        kind="run",
-        config=loaded.config,
-        lineage=loaded.lineage,
+        origin=Origin("run", "run", loaded.config, loaded.lineage),
         device=torch.device("cpu"),
     )
     assert report.loss == pytest.approx(min(losses), abs=1e-6)
@@ -138,17 +136,17 @@ def test_an_interrupted_run_resumes_to_the_bit(
     assert read_checkpoint(RunFolder(run).last)["epoch"] == 0
     result = train_source(config, SyntheticSource(small_world), run, resume=True)
     assert result.epochs == 3
-    assert_same_state(run, finished.path)
+    assert_same_state(run, finished.run)
     assert (result.best_epoch, result.best_val_loss) == (finished.best_epoch, finished.best_val_loss)
 
 
 def test_a_finished_run_is_not_overwritten(
     finished: RunResult, small_config: TrainConfig, small_world: SyntheticConfig
 ) -> None:
-    before = RunFolder(finished.path).last.read_bytes()
+    before = RunFolder(finished.run).last.read_bytes()
     with pytest.raises(TrainError, match="holds a run already"):
-        train_source(small_config, SyntheticSource(small_world), finished.path)
-    assert RunFolder(finished.path).last.read_bytes() == before
+        train_source(small_config, SyntheticSource(small_world), finished.run)
+    assert RunFolder(finished.run).last.read_bytes() == before
 
 
 def test_resuming_with_other_settings_names_them(
@@ -156,7 +154,7 @@ def test_resuming_with_other_settings_names_them(
 ) -> None:
     changed = replace(small_config, optimizer=OptimizerConfig(learning_rate=0.1))
     with pytest.raises(TrainError, match=r"optimizer.learning_rate \(0.002 before, 0.1 now\)"):
-        train_source(changed, SyntheticSource(small_world), finished.path, resume=True)
+        train_source(changed, SyntheticSource(small_world), finished.run, resume=True)
 
 
 def test_resuming_on_changed_labels_is_refused(
@@ -165,7 +163,7 @@ def test_resuming_on_changed_labels_is_refused(
     relabelled = SyntheticSource(small_world)
     relabelled.columns["label.outcome"] = 1 - relabelled.columns["label.outcome"].astype(np.int64)
     with pytest.raises(TrainError, match="samples changed since the run began"):
-        train_source(epochs(small_config, 4), relabelled, finished.path, resume=True)
+        train_source(epochs(small_config, 4), relabelled, finished.run, resume=True)
 
 
 def test_a_folder_with_other_files_is_left_alone(
@@ -197,7 +195,7 @@ def test_nothing_is_written_where_the_data_do_not_fit(
 
 
 def test_metrics_are_plain_json(finished: RunResult) -> None:
-    text = RunFolder(finished.path).metrics.read_text(encoding="utf-8")
+    text = RunFolder(finished.run).metrics.read_text(encoding="utf-8")
     assert "NaN" not in text
     assert json.loads(text)["schema_version"] == 1
 
@@ -214,4 +212,4 @@ def test_every_option_trains(small_config: TrainConfig, small_world: SyntheticCo
     )
     result = train_source(replace(small_config, trainer=options), SyntheticSource(small_world), tmp_path / "run")
     assert 0.0 < result.best_val_loss < 1.0
-    assert load_run(result.path).model.training is False
+    assert load_run(result.run).model.training is False
