@@ -12,6 +12,7 @@ from navtool.pipeline.cloud_neighbourhoods import Neighbourhoods, nearest_neighb
 from navtool.pipeline.eigenvalues import symmetric_eigenvalues
 
 _FEWEST_POINTS = 10
+_NO_RETURN_M = 1e6
 
 
 class CloudFeatureMethod(StrEnum):
@@ -96,7 +97,7 @@ def cloud_reliability(
     returns. Arithmetic is float32 for the points and float64 for the features.
 
     Args:
-        xyz: Points in the sensor's frame in metres; those not finite or exactly zero are no returns and left out.
+        xyz: Points in the sensor's frame in metres; those exactly zero, not finite or beyond 1000 km are no returns.
         ring: Ring (laser) of each point in any numbering, None where the cloud does not tell.
         config: Thresholds and weights.
 
@@ -121,9 +122,12 @@ def cloud_features(
     Note:
         Every method has the same neighbourhoods, so they differ in the feature alone.
     """
-    columns = np.ascontiguousarray(xyz.T, np.float32)
+    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite: no return
+        columns = np.ascontiguousarray(xyz.T, np.float32)
     x, y, z = columns
-    returned = np.flatnonzero(np.isfinite(x + y + z) & ((x != 0) | (y != 0) | (z != 0)))
+    # Comparisons with NaN are false.
+    near = (np.abs(x) < _NO_RETURN_M) & (np.abs(y) < _NO_RETURN_M) & (np.abs(z) < _NO_RETURN_M)
+    returned = np.flatnonzero(near & ((x != 0) | (y != 0) | (z != 0)))
     if len(returned) < _FEWEST_POINTS:
         return CloudFeatures(np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros(0, np.bool_))
     if len(returned) < len(x):
@@ -137,7 +141,9 @@ def cloud_features(
         edge, planar = _by_dimensionality(around)
     else:
         smoothness = _smoothness(around, columns, config.method)
-        edge, planar = smoothness >= config.c_max, smoothness <= config.c_min
+        # Points that all lie on one place have no surface.
+        spread = around.difference.any(axis=(0, 2))
+        edge, planar = spread & (smoothness >= config.c_max), spread & (smoothness <= config.c_min)
     enough = around.size >= config.min_neighbours
     return CloudFeatures(returned[around.centre], edge & enough, planar & ~edge & enough)
 
@@ -155,11 +161,11 @@ def _smoothness(
     Note:
         loam_spread divides by the neighbours' summed distance instead of by the range, which puts c into [0, 1].
     """
-    offset = np.linalg.norm(np.einsum("imk->im", around.difference), axis=0)
+    offset = np.linalg.norm(around.difference.sum(axis=2, dtype=np.float64), axis=0)
     if method is CloudFeatureMethod.loam:
         scale = np.linalg.norm(columns[:, around.centre], axis=0) * around.size
     else:
-        scale = np.linalg.norm(around.difference, axis=0).sum(axis=1)
+        scale = np.linalg.norm(around.difference, axis=0).sum(axis=1, dtype=np.float64)
     return np.asarray(offset / np.where(scale > 0, scale, 1.0))  # eq. (3)
 
 

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float64
 
 from navtool.pipeline.arrays import Array
 
-_ARC_SHARES = np.array([[0.25], [0.5], [0.75]])
+_ARC_SHARES = np.array([0.25, 0.5, 0.75])
 
 
 def clip_to_half_space(
@@ -56,21 +56,31 @@ def clip_to_disc(
     kept = touches.any(axis=1)
     first = polygons + np.clip(enter, 0.0, 1.0)[..., None] * edge
     second = polygons + np.clip(leave, 0.0, 1.0)[..., None] * edge
-    return _with_arcs(_compact(first[kept], touches[kept], second[kept], touches[kept]), radius), kept
+    after = np.roll(polygons, -1, axis=1)
+    turns_left = (polygons[..., 0] * after[..., 1] - after[..., 0] * polygons[..., 1]).sum(axis=1) > 0
+    chords = _compact(first[kept], touches[kept], second[kept], touches[kept])
+    return _with_arcs(chords, turns_left[kept], radius), kept
 
 
-def _with_arcs(chords: Float64[Array, "n ends 2"], radius: float) -> Float64[Array, "n more 2"]:
+def _with_arcs(
+    chords: Float64[Array, "n ends 2"], turns_left: Bool[Array, " n"], radius: float
+) -> Float64[Array, "n more 2"]:
     """The outlines with points on the arc from each chord's end to the next one's start, where both are on the circle.
 
-    The padding repeats an end, and from a point to itself there is no arc.
+    The padding repeats an end, and from a point to itself the arc has no length.
     """
     starts, ends = chords[:, 0::2], chords[:, 1::2]
     following = np.roll(starts, -1, axis=1)
     rim = 0.999999 * radius
     on_circle = (np.hypot(ends[..., 0], ends[..., 1]) > rim) & (np.hypot(following[..., 0], following[..., 1]) > rim)
-    between = ends[:, :, None] * (1 - _ARC_SHARES) + following[:, :, None] * _ARC_SHARES
-    length = np.maximum(np.hypot(between[..., 0], between[..., 1]), 1e-300)
-    arcs = np.where(on_circle[:, :, None, None], between * (radius / length)[..., None], ends[:, :, None])
+    leaving, coming = np.arctan2(ends[..., 1], ends[..., 0]), np.arctan2(following[..., 1], following[..., 0])
+    # The arc turns the way the outline does, the long way round where it must; a full turn is rounding of none.
+    sense = np.where(turns_left, 1.0, -1.0)[:, None]
+    turn = np.mod(sense * (coming - leaving), 2 * np.pi)
+    on_circle &= turn < 2 * np.pi - 1e-6
+    angle = leaving[..., None] + (sense * turn)[..., None] * _ARC_SHARES
+    arcs = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    arcs = np.where(on_circle[:, :, None, None], arcs, ends[:, :, None])
     outline = np.concatenate([starts[:, :, None], ends[:, :, None], arcs], axis=2)
     return np.asarray(outline.reshape(len(chords), outline.shape[1] * outline.shape[2], 2))
 

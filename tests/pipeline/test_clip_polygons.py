@@ -13,7 +13,7 @@ SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 def moved(x: float, y: float) -> Floats:
-    return SQUARE + np.array([x, y])
+    return np.asarray(SQUARE + np.array([x, y]))
 
 
 def areas(polygons: Floats) -> Floats:
@@ -62,8 +62,24 @@ def test_disc_cuts_along_the_arc(x: float, y: float, size: float) -> None:
     step = np.linspace(-size, size, 401)[:-1] + size / 400
     sampled = (np.hypot(x + step[:, None], y + step) <= 1.0).mean() * (2 * size) ** 2
     cut, _ = clip_to_disc(polygon[None], 1.0)
-    # Four chords a quarter circle and less lose a few hundredths, and add nothing.
-    assert sampled - 0.06 <= areas(cut).sum() <= sampled + 0.01
+    # Four chords in a half circle lose 0.16, and add nothing.
+    assert sampled - 0.17 <= areas(cut).sum() <= sampled + 0.01
+
+
+def test_the_arc_goes_the_long_way_where_it_must() -> None:
+    # All of the disc below y = 0.5, in either sense of the outline: the arc is 240 degrees long.
+    below = np.array([[-5.0, 0.5], [-5.0, -5.0], [5.0, -5.0], [5.0, 0.5]])
+    cut, kept = clip_to_disc(np.stack([below, below[::-1]]), 1.0)
+    assert kept.all()
+    exact = np.pi - (np.pi / 3 - np.sqrt(3) / 4)
+    inscribed = 4 * np.sin(np.pi / 3) / 2 + np.sqrt(3) / 4  # four chords of 60 degrees, and the triangle to the line
+    np.testing.assert_allclose(areas(cut), inscribed, rtol=1e-9)
+    assert inscribed > 0.8 * exact
+
+
+def test_a_quarter_disc_is_nearly_whole() -> None:
+    cut, _ = clip_to_disc(moved(1.0, 1.0)[None], 1.0)
+    assert areas(cut)[0] == pytest.approx(np.pi / 4, rel=0.03)
 
 
 def test_nothing_is_left_of_nothing() -> None:

@@ -34,7 +34,7 @@ def places(cloud: FixedSizeCloud) -> set[tuple[int, ...]]:
 
 def front_places(xyz: Floats) -> set[tuple[int, ...]]:
     """Every point that may stay, in whole millimetres, one by one."""
-    found = set()
+    found: set[tuple[int, ...]] = set()
     for x, y, z in xyz.astype(np.float64).tolist():
         if np.isfinite([x, y, z]).all() and x >= 0 and (x, y, z) != (0, 0, 0):
             found.add((round(x * 1000), round(y * 1000), round(z * 1000)))

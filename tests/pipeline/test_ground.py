@@ -17,7 +17,8 @@ BARREL = CameraModel(640, 480, 400.0, 400.0, 319.5, 239.5, "plumb_bob", (-0.28, 
 
 def mounted(height_m: float, pitch_rad: float, yaw_rad: float = 0.0) -> NDArray[np.float64]:
     """The optical frame's pose of a camera at that height above the base frame, looking down by the pitch."""
-    return transform_from_xyz_rpy(np.array([0.2, 0.0, height_m]), np.array([0.0, pitch_rad, yaw_rad])) @ OPTICAL
+    pose = transform_from_xyz_rpy(np.array([0.2, 0.0, height_m]), np.array([0.0, pitch_rad, yaw_rad]))
+    return np.asarray(pose @ OPTICAL)
 
 
 def test_the_image_centre_sees_where_the_axis_meets_the_ground() -> None:

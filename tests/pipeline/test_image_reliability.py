@@ -154,5 +154,7 @@ def test_real_photos_have_the_densities_that_the_default_is_chosen_from(recordin
 
 
 def _density(path: Path) -> float:
-    rgb = cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB)
+    bgr = cv2.imread(str(path))
+    assert bgr is not None
+    rgb = cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)
     return image_reliability(np.asarray(rgb, np.uint8), LITERAL).corners

@@ -32,7 +32,8 @@ STRAIGHT, LEFT, RIGHT = np.array([1.0, 0.0]), np.array([0.9, 0.4]), np.array([0.
 
 def mounted(height_m: float = 0.6, pitch_rad: float = 0.35, x_m: float = 0.1) -> Floats:
     """The optical frame's pose of a camera that looks ahead and down."""
-    return transform_from_xyz_rpy(np.array([x_m, 0.0, height_m]), np.array([0.0, pitch_rad, 0.0])) @ OPTICAL
+    pose = transform_from_xyz_rpy(np.array([x_m, 0.0, height_m]), np.array([0.0, pitch_rad, 0.0]))
+    return np.asarray(pose @ OPTICAL)
 
 
 def on_swath(xy: Floats, velocity: Floats, config: TrajectoryImageConfig) -> NDArray[np.bool_]:
@@ -77,8 +78,13 @@ def exact(velocity: Floats, camera: CameraModel, base_camera: Floats, config: Tr
 def assert_same_outline(drawn: Image, expected: Image, seen: Image | None = None) -> None:
     """Nothing is missing a pixel inside the expected outline, nothing is drawn more than two pixels outside of it."""
     everywhere = np.full_like(drawn, 255) if seen is None else seen
-    assert not (cv2.erode(expected, np.ones((3, 3), np.uint8), borderValue=255) & ~drawn & everywhere).any()
-    assert not (drawn & ~cv2.dilate(expected, np.ones((5, 5), np.uint8)) & everywhere).any()
+    core = cv2.erode(expected, np.ones((3, 3), np.uint8), borderValue=255)
+    assert not (np.asarray(core, np.uint8) & ~drawn & everywhere).any()
+    assert not (drawn & ~grown(expected, 5) & everywhere).any()
+
+
+def grown(image: Image, size: int) -> Image:
+    return np.asarray(cv2.dilate(image, np.ones((size, size), np.uint8)), np.uint8)
 
 
 @pytest.mark.parametrize("lens", sorted(CAMERAS))
@@ -117,7 +123,7 @@ def test_the_centre_line_lies_in_the_swath(
     column, row = np.rint(pixels[in_front]).astype(int).T
     shown = (column >= 0) & (column < 320) & (row >= 0) & (row < 240)
     # Far away the swath is thinner than a pixel's rounding.
-    near = cv2.dilate(image, np.ones((3, 3), np.uint8))
+    near = grown(image, 3)
     assert (near[row[shown], column[shown]] == 255).all()
 
 
@@ -141,7 +147,7 @@ def test_a_wider_robot_and_a_longer_horizon_cover_more(
     long = TrajectoryImageConfig(robot_width_m=narrow, horizon=12, dt_s=0.2)
     image = trajectory_image(velocity, camera, base_camera, small)
     for covering in (wide, long):
-        larger = cv2.dilate(trajectory_image(velocity, camera, base_camera, covering), np.ones((3, 3), np.uint8))
+        larger = grown(trajectory_image(velocity, camera, base_camera, covering), 3)
         assert not (image & ~larger).any()
 
 
