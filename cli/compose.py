@@ -40,7 +40,7 @@ def to_typed[T](composed: object, result: type[T]) -> T:
 
     try:
         with usage_errors():
-            typed = OmegaConf.to_object(composed)  # type: ignore[arg-type]
+            typed = OmegaConf.to_object(composed)
     except UsageError:
         raise
     except NavtoolError as error:

@@ -45,6 +45,7 @@ def print_labels(report: "LabelReport", dataset: Path) -> None:
         for rule, found in report.rules.items()
         for reason, episodes in found.not_applicable.items()
     )
+    print_notes(report.notes)
     known = report.known_steps / report.all_steps
     done = f"{report.rows} rows in {report.episodes} episodes, {known:.0%} of the predicted steps known"
     console().print(f"{done}; {len(report.rewritten)} episodes rewritten; data set: {dataset}", markup=False)

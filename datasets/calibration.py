@@ -12,6 +12,7 @@ from navtool.datasets.decode.messages import CameraInfoSample, Transform
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.robot import RobotConfig
 from navtool.datasets.schema import IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import invert_transform, transform_from_xyz_rpy
 
@@ -34,9 +35,9 @@ class Calibration:
     """
 
     camera: CameraModel | None
-    base_camera: Float64[np.ndarray, "4 4"] | None
-    base_lidar: Float64[np.ndarray, "4 4"] | None
-    base_imu: Float64[np.ndarray, "4 4"] | None
+    base_camera: Float64[Array, "4 4"] | None
+    base_lidar: Float64[Array, "4 4"] | None
+    base_imu: Float64[Array, "4 4"] | None
     base_height_m: float
     robot_width_m: float
     sources: dict[str, str]
@@ -116,7 +117,7 @@ def calibrate(
     sources: dict[str, str] = {}
     camera = _camera(robot, camera_info, image_topic, native_size, sources)
     tree = TransformTree(transforms)
-    poses: dict[str, Float64[np.ndarray, "4 4"] | None] = {}
+    poses: dict[str, Float64[Array, "4 4"] | None] = {}
     for sensor in ("image", "lidar", "imu"):
         frame = frames.get(sensor, "")
         pose = tree.pose(robot.base_frame, frame) if frame else None
@@ -139,13 +140,13 @@ class TransformTree:
     """Static transforms as a graph: the pose of any frame in any other that it is connected with."""
 
     def __init__(self, transforms: Sequence[Transform]) -> None:
-        self._edges: dict[str, dict[str, Float64[np.ndarray, "4 4"]]] = {}
+        self._edges: dict[str, dict[str, Float64[Array, "4 4"]]] = {}
         for transform in transforms:
             parent, child = transform.parent.lstrip("/"), transform.child.lstrip("/")
             self._edges.setdefault(parent, {})[child] = transform.matrix
             self._edges.setdefault(child, {})[parent] = invert_transform(transform.matrix)
 
-    def pose(self, target: str, source: str) -> Float64[np.ndarray, "4 4"] | None:
+    def pose(self, target: str, source: str) -> Float64[Array, "4 4"] | None:
         """The pose of ``source`` in ``target`` (p_target = pose @ p_source); None where no path joins them."""
         start, goal = target.lstrip("/"), source.lstrip("/")
         if start == goal:

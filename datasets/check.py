@@ -25,6 +25,7 @@ from navtool.datasets.schema import (
     TIMESTAMP_NS_KEY,
     arrow_schema,
 )
+from navtool.pipeline.arrays import Array
 
 INVALID_SHARE = 0.05
 """A stream that is not valid in more than this share of an episode's rows is worth a warning."""
@@ -144,11 +145,11 @@ def _files(dataset: NavDataset) -> _Findings:
                 pq.read_metadata(extra)
             except (OSError, pa.ArrowException) as error:
                 yield Severity.FAIL, _short(dataset, extra), f"cannot be opened: {_first_line(error)}"
-        for extra in ("provenance.json", "calibration.json", "sync.json"):
+        for name in ("provenance.json", "calibration.json", "sync.json"):
             try:
-                read_json(beside / extra, "")
+                read_json(beside / name, "")
             except DatasetsError as error:
-                yield Severity.FAIL, _short(dataset, beside / extra), error.what
+                yield Severity.FAIL, _short(dataset, beside / name), error.what
 
 
 def _counters(dataset: NavDataset) -> _Findings:
@@ -318,6 +319,6 @@ def _first_line(error: BaseException) -> str:
     return str(error).splitlines()[0] if str(error) else type(error).__name__
 
 
-def _longest_run(flags: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> int:
+def _longest_run(flags: Array) -> int:
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
     return int((edges[1::2] - edges[::2]).max(initial=0))

@@ -4,7 +4,7 @@ import json
 import os
 from pathlib import Path
 
-from navtool.datasets.errors import DatasetsError
+from navtool.datasets.errors import DatasetsError, OutputError
 
 
 def write_json(path: Path, content: object) -> None:

@@ -16,8 +16,10 @@ from navtool.datasets.calibration import Calibration, read_calibration
 from navtool.datasets.description import read_description
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.files import read_json
+from navtool.datasets.journal import recover
 from navtool.datasets.layout import Layout
 from navtool.datasets.schema import CLOUD_SIZE, IMAGE_KEY, POINTS_KEY, features_of
+from navtool.pipeline.arrays import Array
 
 _REBUILD = "run `navtool check` on it; ingest its recording again"
 _OPEN_FILES = 16
@@ -53,13 +55,14 @@ class NavDataset:
         Raises:
             DatasetsError: If there is no data set of this schema version here, or its metadata is damaged.
         """
+        recover(root)
         self.root = root
         self.description = read_description(root)
         self.layout = Layout(root)
         self.fps = self.description.fps
         self.features = features_of(self.description.contents)
         self.episodes = self._read_episodes()
-        self._columns: dict[str, Shaped[np.ndarray, rows * shape]] = {}
+        self._columns: dict[str, Shaped[Array, rows * shape]] = {}
         self._files: OrderedDict[int, pq.ParquetFile] = OrderedDict()
         self._videos: OrderedDict[int, _Video] = OrderedDict()
         self._calibrations: dict[int, Calibration] = {}
@@ -71,7 +74,7 @@ class NavDataset:
         """Number of rows over all episodes."""
         return self.episodes[-1].stop
 
-    def column(self, name: str) -> Shaped[np.ndarray, "rows *shape"]:
+    def column(self, name: str) -> Shaped[Array, "rows *shape"]:
         """A column over all rows, kept in memory; read-only. Clouds and frames are read one at a time instead.
 
         Raises:
@@ -87,8 +90,8 @@ class NavDataset:
             self._columns[name] = column
         return self._columns[name]
 
-    def points(self, row: int) -> Float32[np.ndarray, "10000 3"]:
-        """The cloud of a row in metres in the base frame; repeated from the first point on beyond ``observation.lidar.count``.
+    def points(self, row: int) -> Float32[Array, "10000 3"]:
+        """The cloud of a row in metres in the base frame; beyond ``observation.lidar.count`` its points repeat.
 
         Raises:
             DatasetsError: If the data set has no clouds, or the file is damaged.
@@ -102,9 +105,10 @@ class NavDataset:
         with _translated(self.layout.data(episode.index)):
             clouds = file.read_row_group(group, columns=[POINTS_KEY], use_threads=False).column(0).combine_chunks()
         flat = clouds.flatten().flatten().to_numpy(zero_copy_only=False)
-        return flat.reshape(-1, CLOUD_SIZE, 3)[offset]
+        cloud: Array = flat.reshape(-1, CLOUD_SIZE, 3)[offset]
+        return cloud
 
-    def image(self, row: int) -> UInt8[np.ndarray, "240 320 3"]:
+    def image(self, row: int) -> UInt8[Array, "240 320 3"]:
         """The frame of a row in RGB; black where ``valid.image`` is false.
 
         Raises:
@@ -138,7 +142,7 @@ class NavDataset:
             self._calibrations[episode] = read_calibration(self.layout.episode(episode) / "calibration.json")
         return self._calibrations[episode]
 
-    def stream(self, episode: int, name: str) -> dict[str, Shaped[np.ndarray, " samples"]] | None:
+    def stream(self, episode: int, name: str) -> dict[str, Shaped[Array, " samples"]] | None:
         """An episode's stream at its native rate, by column (``stamp_ns``, ``record_ns``, values); None if absent."""
         path = self.layout.episode(episode) / "streams" / f"{name}.parquet"
         if not path.is_file():
@@ -177,12 +181,13 @@ class NavDataset:
             episodes.append(Episode(number, start, stop, str(made["source"]), str(made["place"])))
         return tuple(episodes)
 
-    def _read_column(self, episode: Episode, name: str) -> Shaped[np.ndarray, "rows *shape"]:
+    def _read_column(self, episode: Episode, name: str) -> Shaped[Array, "rows *shape"]:
         with _translated(self.layout.data(episode.index)):
             column = self._data_file(episode).read(columns=[name], use_threads=False).column(0).combine_chunks()
         if pa.types.is_fixed_size_list(column.type) or pa.types.is_list(column.type):
-            return column.flatten().to_numpy(zero_copy_only=False).reshape(len(column), -1)
-        values: Shaped[np.ndarray, " rows"] = column.to_numpy(zero_copy_only=False)
+            rows: Array = column.flatten().to_numpy(zero_copy_only=False).reshape(len(column), -1)
+            return rows
+        values: Array = column.to_numpy(zero_copy_only=False)
         return values
 
     def _data_file(self, episode: Episode) -> pq.ParquetFile:
@@ -204,7 +209,7 @@ class _Video:
         self._frames: Iterator[av.VideoFrame] = iter(())
         self._next: int | None = None
 
-    def frame(self, number: int, fps: int) -> UInt8[np.ndarray, "height width 3"]:
+    def frame(self, number: int, fps: int) -> UInt8[Array, "height width 3"]:
         if self._next is None or not 0 <= number - self._next <= 1:
             time_base = self._stream.time_base
             if time_base is None:

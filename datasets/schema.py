@@ -107,8 +107,8 @@ def features_of(contents: Contents) -> dict[str, Feature]:
         features[IMU_KEY] = Feature("float32", (6,), names)
     if contents.proprioception:
         joints = [f"{kind}.{name}" for kind in ("position", "velocity", "effort") for name in contents.joint_names]
-        names = (*joints, "battery_current_a")
-        features[PROPRIOCEPTION_KEY] = Feature("float32", (len(names),), names)
+        measured = (*joints, "battery_current_a")
+        features[PROPRIOCEPTION_KEY] = Feature("float32", (len(measured),), measured)
     if contents.lidar:
         features[POINTS_KEY] = Feature("float32", (CLOUD_SIZE, 3), ("point", "xyz_m"))
         features[COUNT_KEY] = Feature("int64", (1,))

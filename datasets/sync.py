@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Float64, Int64
 
+from navtool.pipeline.arrays import Array
+
 
 @dataclass(frozen=True, slots=True)
 class Match:
@@ -16,12 +18,12 @@ class Match:
         valid: Whether a sample was found.
     """
 
-    index: Int64[np.ndarray, " ticks"]
-    error_s: Float64[np.ndarray, " ticks"]
-    valid: Bool[np.ndarray, " ticks"]
+    index: Int64[Array, " ticks"]
+    error_s: Float64[Array, " ticks"]
+    valid: Bool[Array, " ticks"]
 
 
-def grid_ticks(start_ns: int, end_ns: int, fps: int) -> Int64[np.ndarray, " ticks"]:
+def grid_ticks(start_ns: int, end_ns: int, fps: int) -> Int64[Array, " ticks"]:
     """The ticks of the grid: ``start_ns + round(k * 1e9 / fps)`` up to and including ``end_ns``.
 
     Rounded from the start each time, so the spacing does not drift whatever the rate.
@@ -30,9 +32,7 @@ def grid_ticks(start_ns: int, end_ns: int, fps: int) -> Int64[np.ndarray, " tick
     return start_ns + (np.arange(count, dtype=np.int64) * 1_000_000_000 + fps // 2) // fps
 
 
-def nearest(
-    stamps_ns: Int64[np.ndarray, " samples"], ticks_ns: Int64[np.ndarray, " ticks"], tolerance_s: float
-) -> Match:
+def nearest(stamps_ns: Int64[Array, " samples"], ticks_ns: Int64[Array, " ticks"], tolerance_s: float) -> Match:
     """The nearest sample to each tick, the earlier one at a tie. Stamps must not decrease."""
     if stamps_ns.size == 0:
         return _none(ticks_ns.size)
@@ -42,7 +42,7 @@ def nearest(
     return _within(np.where(closer_before, before, after), stamps_ns, ticks_ns, tolerance_s)
 
 
-def hold(stamps_ns: Int64[np.ndarray, " samples"], ticks_ns: Int64[np.ndarray, " ticks"], tolerance_s: float) -> Match:
+def hold(stamps_ns: Int64[Array, " samples"], ticks_ns: Int64[Array, " ticks"], tolerance_s: float) -> Match:
     """The newest sample at or before each tick, if it is no older than the tolerance. Stamps must not decrease."""
     if stamps_ns.size == 0:
         return _none(ticks_ns.size)
@@ -68,22 +68,20 @@ class Brackets:
         valid: Whether the tick lies between two samples that are no further apart than allowed.
     """
 
-    before: Int64[np.ndarray, " ticks"]
-    after: Int64[np.ndarray, " ticks"]
-    weight: Float64[np.ndarray, " ticks"]
-    error_s: Float64[np.ndarray, " ticks"]
-    valid: Bool[np.ndarray, " ticks"]
+    before: Int64[Array, " ticks"]
+    after: Int64[Array, " ticks"]
+    weight: Float64[Array, " ticks"]
+    error_s: Float64[Array, " ticks"]
+    valid: Bool[Array, " ticks"]
 
-    def linear(self, values: Float[np.ndarray, " samples *shape"]) -> Float64[np.ndarray, " ticks *shape"]:
+    def linear(self, values: Float[Array, " samples *shape"]) -> Float64[Array, " ticks *shape"]:
         """Values interpolated linearly; 0 where invalid."""
         weight = self.weight.reshape(-1, *[1] * (values.ndim - 1))
         mixed = values[self.before] * (1.0 - weight) + values[self.after] * weight
         return np.where(self.valid.reshape(weight.shape), mixed, 0.0)
 
 
-def brackets(
-    stamps_ns: Int64[np.ndarray, " samples"], ticks_ns: Int64[np.ndarray, " ticks"], max_gap_s: float
-) -> Brackets:
+def brackets(stamps_ns: Int64[Array, " samples"], ticks_ns: Int64[Array, " ticks"], max_gap_s: float) -> Brackets:
     """The samples to interpolate between at each tick. Stamps must strictly increase."""
     if stamps_ns.size == 0:
         none = _none(ticks_ns.size)
@@ -102,9 +100,9 @@ def brackets(
 
 
 def _within(
-    index: Int64[np.ndarray, " ticks"],
-    stamps_ns: Int64[np.ndarray, " samples"],
-    ticks_ns: Int64[np.ndarray, " ticks"],
+    index: Int64[Array, " ticks"],
+    stamps_ns: Int64[Array, " samples"],
+    ticks_ns: Int64[Array, " ticks"],
     tolerance_s: float,
 ) -> Match:
     error_ns = stamps_ns[index] - ticks_ns

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Int64
 
+from navtool.pipeline.arrays import Array
+
 OTHER_EPOCH_NS = 1_000_000_000
 """Clocks that are further apart than this count from another origin (simulated time, a clock never set)."""
 NO_STAMP = -1
@@ -25,8 +27,8 @@ class StreamTime:
         notes: What a user should know about this stream's time.
     """
 
-    stamps_ns: Int64[np.ndarray, " kept"]
-    order: Int64[np.ndarray, " kept"]
+    stamps_ns: Int64[Array, " kept"]
+    order: Int64[Array, " kept"]
     source: str
     backwards: int = 0
     repeated: int = 0
@@ -35,34 +37,79 @@ class StreamTime:
     notes: tuple[str, ...] = field(default=())
 
 
-def clock_offset(header_ns: Int64[np.ndarray, " n"], record_ns: Int64[np.ndarray, " n"]) -> int | None:
+@dataclass(frozen=True, slots=True)
+class ReferenceClock:
+    """The header stamps of the stream that makes the grid, against the times at which they were recorded."""
+
+    record_ns: Int64[Array, " n"]
+    """Strictly increasing."""
+    header_ns: Int64[Array, " n"]
+    offset_ns: int
+    """Median of header minus record time."""
+
+    @property
+    def other_epoch(self) -> bool:
+        """Whether the headers count from another origin than the recorder."""
+        return abs(self.offset_ns) > OTHER_EPOCH_NS
+
+    def from_record(self, record_ns: Int64[Array, " m"]) -> Int64[Array, " m"]:
+        """Times of record on the headers' clock: as they are, or interpolated where the headers' epoch is another.
+
+        A simulated second need not last a second: between the reference's messages the two clocks are joined by
+        straight lines, beyond them by the nearest message's difference.
+        """
+        if not self.other_epoch:
+            return record_ns
+        first = self.record_ns[0]  # float64 holds nanoseconds since the epoch to 256 only
+        moved = np.interp(
+            (record_ns - first).astype(np.float64),
+            (self.record_ns - first).astype(np.float64),
+            (self.header_ns - self.header_ns[0]).astype(np.float64),
+        )
+        inside = np.clip(record_ns, self.record_ns[0], self.record_ns[-1])
+        times: Array = self.header_ns[0] + np.rint(moved).astype(np.int64) + (record_ns - inside)
+        return times
+
+
+def clock_offset(header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"]) -> int | None:
     """Median of header minus record time over the messages with a stamp; None where there is none."""
     stamped = header_ns > 0
     return int(np.median(header_ns[stamped] - record_ns[stamped])) if stamped.any() else None
 
 
+def reference_clock(header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"]) -> ReferenceClock | None:
+    """The clock that a stream's headers show; None where it has no stamps."""
+    offset = clock_offset(header_ns, record_ns)
+    if offset is None:
+        return None
+    stamped = header_ns > 0
+    recorded, first = np.unique(record_ns[stamped], return_index=True)
+    return ReferenceClock(recorded, header_ns[stamped][first], offset)
+
+
 def stream_time(
-    header_ns: Int64[np.ndarray, " n"], record_ns: Int64[np.ndarray, " n"], reference_offset_ns: int | None
+    header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"], reference: ReferenceClock | None
 ) -> StreamTime:
     """Order a stream by its header stamps where they can be used, else by record time.
 
     Args:
         header_ns: Header stamps; -1 where the type has no header, 0 where it was left empty.
         record_ns: When each message was recorded.
-        reference_offset_ns: Header minus record time of the stream that makes the grid; None if it has no headers.
-            A stream without usable headers is moved by it where it is beyond one second, so that recordings in
-            simulated time keep their streams together.
+        reference: Clock of the stream that makes the grid; None if it has no headers. A stream without usable headers
+            is moved onto it where it counts from another origin, so that recordings in simulated time keep their
+            streams together.
     """
     offset = clock_offset(header_ns, record_ns)
     stamped = header_ns > 0
     notes: list[str] = []
-    shift = reference_offset_ns if reference_offset_ns is not None and abs(reference_offset_ns) > OTHER_EPOCH_NS else 0
-    same_epoch = offset is not None and abs(offset - (reference_offset_ns or 0)) <= OTHER_EPOCH_NS
-    if same_epoch and stamped.sum() * 2 > stamped.size:
+    away_ns = None if offset is None else offset - (0 if reference is None else reference.offset_ns)
+    if away_ns is not None and abs(away_ns) <= OTHER_EPOCH_NS and stamped.sum() * 2 > stamped.size:
         source, times, usable = "header", header_ns, stamped
     else:
-        source, times, usable = "record", record_ns + shift, np.ones(stamped.size, dtype=np.bool_)
-        notes.append(_why_record_time(header_ns, offset, reference_offset_ns, shift))
+        source, usable = "record", np.ones(stamped.size, dtype=np.bool_)
+        times = record_ns if reference is None else reference.from_record(record_ns)
+        moved = reference is not None and reference.other_epoch
+        notes.append(_why_record_time(header_ns, away_ns) + (", moved onto the clock of the headers" if moved else ""))
     positions = np.flatnonzero(usable)
     kept = times[positions]
     backwards = int((np.diff(kept) < 0).sum())
@@ -82,13 +129,9 @@ def stream_time(
     )
 
 
-def _why_record_time(
-    header_ns: Int64[np.ndarray, " n"], offset_ns: int | None, reference_offset_ns: int | None, shift: int
-) -> str:
-    moved = f", moved by {shift * 1e-9:+.3f} s onto the clock of the headers" if shift else ""
+def _why_record_time(header_ns: Int64[Array, " n"], away_ns: int | None) -> str:
     if (header_ns == NO_STAMP).all():
-        return f"the type has no header: record time{moved}"
-    if offset_ns is None or (header_ns > 0).sum() * 2 <= header_ns.size:
-        return f"{int((header_ns <= 0).sum())} of {header_ns.size} headers have no stamp: record time{moved}"
-    apart = (offset_ns - (reference_offset_ns or 0)) * 1e-9
-    return f"the headers' clock is {apart:+.3f} s away from that of the grid's stream: record time{moved}"
+        return "the type has no header: record time"
+    if away_ns is None or (header_ns > 0).sum() * 2 <= header_ns.size:
+        return f"{int((header_ns <= 0).sum())} of {header_ns.size} headers have no stamp: record time"
+    return f"the headers' clock is {away_ns * 1e-9:+.3f} s away from that of the grid's stream: record time"

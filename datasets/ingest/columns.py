@@ -19,12 +19,13 @@ from navtool.datasets.schema import (
     Contents,
 )
 from navtool.datasets.sync import Brackets, Match, brackets, hold
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import quaternion_to_rpy, slerp, wrap_angle
 
 STANDSTILL_M = 0.5
 """An odometry whose twists are all zero while its poses move further than this does not measure speeds."""
 
-Column = Shaped[np.ndarray, "ticks *shape"]
+type Column = Shaped[Array, "ticks *shape"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,14 +34,14 @@ class TimedStream:
 
     scan: StreamScan
     time: StreamTime
-    values: Float64[np.ndarray, "kept columns"]
+    values: Float64[Array, "kept columns"]
 
     @classmethod
     def of(cls, scan: StreamScan, time: StreamTime) -> "TimedStream":
         """The stream's rows in the order of their stamps."""
         return cls(scan, time, scan.values()[time.order])
 
-    def columns(self, *names: str) -> Float64[np.ndarray, "kept names"]:
+    def columns(self, *names: str) -> Float64[Array, "kept names"]:
         """The named columns."""
         return self.values[:, [self.scan.columns.index(name) for name in names]]
 
@@ -54,7 +55,7 @@ class SmallColumns:
 
 
 def small_columns(
-    ticks_ns: Int64[np.ndarray, " ticks"],
+    ticks_ns: Int64[Array, " ticks"],
     streams: dict[str, TimedStream],
     contents: Contents,
     config: SyncConfig,
@@ -97,15 +98,16 @@ def _absent(out: SmallColumns, stream: str, ticks: int) -> None:
     out.values[f"sync.error_s.{stream}"] = np.zeros(ticks, dtype=np.float32)
 
 
-def _state(out: SmallColumns, ticks_ns: Int64[np.ndarray, " ticks"], stream: TimedStream | None, gap_s: float) -> None:
+def _state(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, gap_s: float) -> None:
     ticks = ticks_ns.size
-    state, pose = np.zeros((ticks, 2)), np.zeros((ticks, 6))
+    state: Array = np.zeros((ticks, 2))
+    pose: Array = np.zeros((ticks, 6))
     if stream is None:
         _absent(out, "state", ticks)
         out.notes.append("state: no odometry; observation.state and observation.pose are 0 and not valid")
     else:
         around = brackets(stream.time.stamps_ns, ticks_ns, gap_s)
-        finite = np.isfinite(stream.values).all(axis=1)
+        finite = np.asarray(np.isfinite(stream.values).all(axis=1))
         usable = around.valid & finite[around.before] & finite[around.after]
         around = Brackets(around.before, around.after, around.weight, np.where(usable, around.error_s, 0.0), usable)
         _mark(out, "state", around)
@@ -117,7 +119,7 @@ def _state(out: SmallColumns, ticks_ns: Int64[np.ndarray, " ticks"], stream: Tim
     out.values[POSE_KEY] = pose.astype(np.float32)
 
 
-def _speeds(out: SmallColumns, stream: TimedStream) -> Float64[np.ndarray, "kept 2"]:
+def _speeds(out: SmallColumns, stream: TimedStream) -> Float64[Array, "kept 2"]:
     measured = stream.columns("vx_mps", "wz_radps")
     position = stream.columns("x_m", "y_m")
     path_m = float(np.linalg.norm(np.diff(position, axis=0), axis=1).sum())
@@ -131,13 +133,13 @@ def _speeds(out: SmallColumns, stream: TimedStream) -> Float64[np.ndarray, "kept
     return np.column_stack([forward, np.gradient(yaw, time_s)])
 
 
-def _unit_quaternions(stream: TimedStream) -> Float64[np.ndarray, "kept 4"]:
+def _unit_quaternions(stream: TimedStream) -> Float64[Array, "kept 4"]:
     quaternions = stream.columns("qx", "qy", "qz", "qw")
     unset = np.linalg.norm(quaternions, axis=1) < 1e-6
     return np.where(unset[:, None], np.array([0.0, 0.0, 0.0, 1.0]), quaternions)
 
 
-def _relative_pose(stream: TimedStream, around: Brackets) -> Float64[np.ndarray, "ticks 6"]:
+def _relative_pose(stream: TimedStream, around: Brackets) -> Float64[Array, "ticks 6"]:
     """Pose relative to the first valid tick's position and yaw; roll and pitch stay those of the odometry frame."""
     position = around.linear(stream.columns("x_m", "y_m", "z_m"))
     quaternions = _unit_quaternions(stream)
@@ -158,7 +160,7 @@ def _relative_pose(stream: TimedStream, around: Brackets) -> Float64[np.ndarray,
     return np.where(around.valid[:, None], pose, 0.0)
 
 
-def _action(out: SmallColumns, ticks_ns: Int64[np.ndarray, " ticks"], stream: TimedStream | None, age_s: float) -> None:
+def _action(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, age_s: float) -> None:
     if stream is None:
         _absent(out, "action", ticks_ns.size)
         out.notes.append("action: no commands; the measured speeds stand in, valid.action is false")
@@ -171,7 +173,7 @@ def _action(out: SmallColumns, ticks_ns: Int64[np.ndarray, " ticks"], stream: Ti
     out.values[ACTION_KEY] = np.where(usable[:, None], commands, out.values[STATE_KEY]).astype(np.float32)
 
 
-def _imu(out: SmallColumns, ticks_ns: Int64[np.ndarray, " ticks"], stream: TimedStream | None, gap_s: float) -> None:
+def _imu(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, gap_s: float) -> None:
     if stream is None:
         _absent(out, "imu", ticks_ns.size)
         out.values[IMU_KEY] = np.zeros((ticks_ns.size, 6), dtype=np.float32)
@@ -185,11 +187,11 @@ def _imu(out: SmallColumns, ticks_ns: Int64[np.ndarray, " ticks"], stream: Timed
 
 def _joints(
     out: SmallColumns,
-    ticks_ns: Int64[np.ndarray, " ticks"],
+    ticks_ns: Int64[Array, " ticks"],
     stream: TimedStream | None,
     joint_names: tuple[str, ...],
     gap_s: float,
-) -> Float64[np.ndarray, "ticks joints"]:
+) -> Float64[Array, "ticks joints"]:
     width = 3 * len(joint_names)
     if not joint_names:
         return np.zeros((ticks_ns.size, 0))
@@ -198,7 +200,7 @@ def _joints(
         return np.zeros((ticks_ns.size, width))
     around = brackets(stream.time.stamps_ns, ticks_ns, gap_s)
     values = around.linear(stream.values)
-    missing = ~np.isfinite(stream.values).any(axis=0)
+    missing = ~np.asarray(np.isfinite(stream.values).any(axis=0))
     unmeasured = [name for name, absent in zip(stream.scan.columns, missing, strict=True) if absent]
     if unmeasured:
         out.notes.append(f"joints: no value was ever recorded for {', '.join(unmeasured)}; they are 0")
@@ -208,8 +210,8 @@ def _joints(
 
 
 def _battery(
-    out: SmallColumns, ticks_ns: Int64[np.ndarray, " ticks"], stream: TimedStream | None, *, present: bool, age_s: float
-) -> Float64[np.ndarray, " ticks"]:
+    out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, *, present: bool, age_s: float
+) -> Float64[Array, " ticks"]:
     if stream is None:
         if present:
             _absent(out, "battery", ticks_ns.size)

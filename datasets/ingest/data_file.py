@@ -11,6 +11,7 @@ from jaxtyping import Float32
 
 from navtool.datasets.ingest.columns import Column
 from navtool.datasets.schema import CLOUD_SIZE, POINTS_KEY, Feature, arrow_schema
+from navtool.pipeline.arrays import Array
 
 ROWS_PER_GROUP = 16
 """Rows a row group where there are clouds: reading one cloud at random decodes about 2 MB."""
@@ -31,10 +32,10 @@ class DataFile:
         self._columns = columns
         self._group = ROWS_PER_GROUP if POINTS_KEY in features else ROWS_PER_GROUP_SMALL
         self._writer = pq.ParquetWriter(path, self._schema, **WRITER_OPTIONS)
-        self._points: list[Float32[np.ndarray, "10000 3"] | None] = []
+        self._points: list[Float32[Array, "10000 3"] | None] = []
         self._first = 0
 
-    def add(self, tick: int, points: Float32[np.ndarray, "10000 3"] | None) -> None:
+    def add(self, tick: int, points: Float32[Array, "10000 3"] | None) -> None:
         """Add the next row.
 
         Args:
@@ -89,7 +90,7 @@ def to_arrow(values: Column, kind: pa.DataType) -> pa.Array:
     return pa.array(values, type=kind)
 
 
-def _cloud_array(points: Float32[np.ndarray, "rows 10000 3"]) -> pa.ListArray:
+def _cloud_array(points: Float32[Array, "rows 10000 3"]) -> pa.ListArray:
     rows = len(points)
     inner = pa.ListArray.from_arrays(
         pa.array(np.arange(0, rows * CLOUD_SIZE * 3 + 1, 3, dtype=np.int32)), pa.array(points.reshape(-1))

@@ -30,6 +30,7 @@ from navtool.datasets.schema import (
     POINTS_KEY,
     Feature,
 )
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.cloud_reliability import cloud_reliability
 from navtool.pipeline.downsample import fixed_size_cloud
 from navtool.pipeline.geometry.transforms import apply_transform
@@ -37,8 +38,8 @@ from navtool.pipeline.image_reliability import image_reliability
 
 logger = logging.getLogger(__name__)
 
-Image = UInt8[np.ndarray, "240 320 3"]
-Points = Float32[np.ndarray, "10000 3"]
+type Image = UInt8[Array, "240 320 3"]
+type Points = Float32[Array, "10000 3"]
 
 
 @dataclass(frozen=True, slots=True)

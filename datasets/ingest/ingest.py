@@ -5,6 +5,7 @@ import resource
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
@@ -145,7 +146,7 @@ def ingest(
     if dry_run:
         for number, path in enumerate(recordings):
             watch.recording(number, len(recordings), source_name(path), _size(path))
-            _try(report, path, lambda path=path: _plan_only(path, robot, config, watch.advance))
+            _try(report, path, partial(_plan_only, path, robot, config, watch.advance))
             report.bytes_in += _size(path)
     else:
         with open_store(out) as store:
@@ -159,7 +160,7 @@ def ingest(
                     _skip(report, path, known[sha256], robot, config)
                     continue
                 job = _Job(path, sha256, size, robot, config, allow_missing, watch.advance)
-                summary = _try(report, path, lambda job=job: _add_episode(store, job))
+                summary = _try(report, path, partial(_add_episode, store, job))
                 report.bytes_in += size
                 if summary is not None:
                     known[sha256] = store.provenance_of(store.episodes - 1)
@@ -252,6 +253,7 @@ def _provenance(plan: EpisodePlan, job: _Job, summary: EpisodeSummary) -> dict[s
         "sha256": job.sha256,
         "bytes": job.size,
         "place": place,
+        "recording_start_ns": plan.recording_start_ns,
         "start_ns": int(plan.ticks_ns[0]),
         "end_ns": int(plan.ticks_ns[-1]),
         "topics": summary.topics,

@@ -9,7 +9,7 @@ from jaxtyping import Int64
 
 from navtool.datasets.calibration import Calibration, calibrate
 from navtool.datasets.errors import DatasetsError
-from navtool.datasets.ingest.clock import StreamTime, clock_offset, stream_time
+from navtool.datasets.ingest.clock import StreamTime, reference_clock, stream_time
 from navtool.datasets.ingest.columns import Column, TimedStream, small_columns
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.scan import LARGE, Scan, StreamScan, scan_recording
@@ -18,6 +18,7 @@ from navtool.datasets.robot import RobotConfig
 from navtool.datasets.schema import Contents
 from navtool.datasets.sync import Match, grid_ticks, nearest
 from navtool.datasets.topic_map import TopicMap, resolve_topic_map
+from navtool.pipeline.arrays import Array
 
 GRID_STREAMS = ("image", "lidar", "odometry")
 """The first of these that lasts for two ticks spans the grid."""
@@ -44,11 +45,13 @@ class EpisodePlan:
     """What the recording has."""
     contents: Contents
     """What the data set has."""
-    ticks_ns: Int64[np.ndarray, " ticks"]
+    ticks_ns: Int64[Array, " ticks"]
     columns: dict[str, Column]
     large: dict[str, LargeStream]
     small: dict[str, TimedStream]
     calibration: Calibration
+    recording_start_ns: int
+    """When the recording began, on the grid's clock; events are counted from it."""
     sync_report: dict[str, object]
     dropped: dict[str, int]
     notes: list[str]
@@ -108,6 +111,7 @@ def plan_episode(
         large=large,
         small=small,
         calibration=calibration,
+        recording_start_ns=_on_grid_clock(recording.start_ns, scan, grid_stream),
         sync_report=_sync_report(scan, times, grid_stream, ticks, columns.values),
         dropped=_dropped(scan, times, large, ticks),
         notes=notes,
@@ -133,7 +137,7 @@ def _nothing_usable(recording: Recording, topics: TopicMap) -> str:
 
 def _grid(
     recording: Recording, topics: TopicMap, scan: Scan, fps: int
-) -> tuple[str, dict[str, StreamTime], Int64[np.ndarray, " ticks"]]:
+) -> tuple[str, dict[str, StreamTime], Int64[Array, " ticks"]]:
     """The first stream that spans two ticks, every stream's time on its clock, and the ticks."""
     spans = []
     for name in GRID_STREAMS:
@@ -151,8 +155,15 @@ def _grid(
 
 
 def _times(scan: Scan, grid_stream: str) -> dict[str, StreamTime]:
-    reference = clock_offset(*scan.streams[grid_stream].stamps)
+    reference = reference_clock(*scan.streams[grid_stream].stamps)
     return {name: stream_time(*stream.stamps, reference) for name, stream in scan.streams.items()}
+
+
+def _on_grid_clock(record_ns: int, scan: Scan, grid_stream: str) -> int:
+    """A time of record on the grid's clock, which is another one where recording was done in simulated time."""
+    reference = reference_clock(*scan.streams[grid_stream].stamps)
+    moment = np.array([record_ns], dtype=np.int64)
+    return int(moment[0] if reference is None else reference.from_record(moment)[0])
 
 
 def _contents(scan: Scan) -> Contents:
@@ -166,7 +177,7 @@ def _contents(scan: Scan) -> Contents:
     )
 
 
-def _large(stream: StreamScan, time: StreamTime, ticks: Int64[np.ndarray, " ticks"], tolerance_s: float) -> LargeStream:
+def _large(stream: StreamScan, time: StreamTime, ticks: Int64[Array, " ticks"], tolerance_s: float) -> LargeStream:
     match = nearest(time.stamps_ns, ticks, tolerance_s)
     ticks_of: dict[int, list[int]] = {}
     for tick in np.flatnonzero(match.valid).tolist():
@@ -176,7 +187,7 @@ def _large(stream: StreamScan, time: StreamTime, ticks: Int64[np.ndarray, " tick
 
 
 def _calibration_notes(scan: Scan, calibration: Calibration) -> list[str]:
-    notes = []
+    notes = [f"{topic}: cannot be used: {fault}" for topic, fault in scan.faults.items()]
     if "image" in scan.streams and calibration.camera is None:
         notes.append("camera: no CameraInfo and none in the robot's configuration; trajectory images cannot be made")
     for sensor, pose in (
@@ -195,7 +206,7 @@ def _sync_report(
     scan: Scan,
     times: dict[str, StreamTime],
     grid_stream: str,
-    ticks: Int64[np.ndarray, " ticks"],
+    ticks: Int64[Array, " ticks"],
     columns: dict[str, Column],
 ) -> dict[str, object]:
     streams: dict[str, object] = {}
@@ -230,7 +241,7 @@ def _sync_report(
 
 
 def _dropped(
-    scan: Scan, times: dict[str, StreamTime], large: dict[str, LargeStream], ticks: Int64[np.ndarray, " ticks"]
+    scan: Scan, times: dict[str, StreamTime], large: dict[str, LargeStream], ticks: Int64[Array, " ticks"]
 ) -> dict[str, int]:
     """Counts of messages that reach no row, by reason; the native streams and clouds keep them all the same."""
     counts: dict[str, int] = {}

@@ -13,6 +13,7 @@ from navtool.datasets.decode.messages import (
     TwistSample,
 )
 from navtool.datasets.errors import DatasetsError
+from navtool.pipeline.arrays import Array
 
 ODOMETRY_COLUMNS = (
     *("x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"),
@@ -53,12 +54,12 @@ def rows_of(sample: object, joint_names: tuple[str, ...]) -> StreamRows:
     """
     match sample:
         case OdometrySample():
-            parts = (sample.position, sample.orientation, sample.linear, sample.angular)
+            values = _flat(sample.position, sample.orientation, sample.linear, sample.angular)
             # The twist is in the child frame: that is the frame in which speeds are meant.
-            return StreamRows(sample.stamp_ns, sample.child_frame_id, ODOMETRY_COLUMNS, _flat(*parts))
+            return StreamRows(sample.stamp_ns, sample.child_frame_id, ODOMETRY_COLUMNS, values)
         case ImuSample():
-            parts = (sample.linear_acceleration, sample.angular_velocity)
-            return StreamRows(sample.stamp_ns, sample.frame_id, IMU_COLUMNS, _flat(*parts))
+            values = _flat(sample.linear_acceleration, sample.angular_velocity)
+            return StreamRows(sample.stamp_ns, sample.frame_id, IMU_COLUMNS, values)
         case TwistSample():
             return StreamRows(sample.stamp_ns, sample.frame_id, TWIST_COLUMNS, _flat(sample.linear, sample.angular))
         case BatterySample():
@@ -89,5 +90,5 @@ def _joint_row(sample: JointSample, names: tuple[str, ...]) -> StreamRows:
     return StreamRows(sample.stamp_ns, sample.frame_id, columns, values, names)
 
 
-def _flat(*parts: np.ndarray[tuple[int, ...], np.dtype[np.floating]]) -> tuple[float, ...]:
+def _flat(*parts: Array) -> tuple[float, ...]:
     return tuple(float(value) for part in parts for value in part)

@@ -13,6 +13,7 @@ from navtool.datasets.ingest.clock import NO_STAMP
 from navtool.datasets.ingest.rows import StreamRows, rows_of
 from navtool.datasets.recording import RawMessage, Recording
 from navtool.datasets.topic_map import TopicMap
+from navtool.pipeline.arrays import Array
 
 logger = logging.getLogger(__name__)
 
@@ -38,11 +39,11 @@ class StreamScan:
     native_size: tuple[int, int] | None = None
 
     @property
-    def stamps(self) -> tuple[Int64[np.ndarray, " n"], Int64[np.ndarray, " n"]]:
+    def stamps(self) -> tuple[Int64[Array, " n"], Int64[Array, " n"]]:
         """Header stamps (-1 without header) and record times in ns."""
         return np.array(self.header_ns, dtype=np.int64), np.array(self.record_ns, dtype=np.int64)
 
-    def values(self) -> Float64[np.ndarray, "n columns"]:
+    def values(self) -> Float64[Array, "n columns"]:
         """The decoded rows of a small stream."""
         return np.array(self.rows, dtype=np.float64).reshape(len(self.rows), len(self.columns))
 
@@ -55,6 +56,8 @@ class Scan:
     streams: dict[str, StreamScan]
     camera_info: CameraInfoSample | None = None
     transforms: list[Transform] = field(default_factory=list)
+    faults: dict[str, str] = field(default_factory=dict)
+    """Calibrations and transforms that cannot be used: the first fault by topic."""
 
 
 def scan_recording(
@@ -82,12 +85,8 @@ def scan_recording(
         scan.streams["joints"].joint_names = joint_names
     for raw in recording.messages((*by_topic, *static)):
         stream = by_topic.get(raw.topic)
-        if stream is None:
-            _add_transforms(scan, recording, raw)
-        elif stream == "camera_info":
-            if scan.camera_info is None:
-                sample = recording.decode(raw)
-                scan.camera_info = sample if isinstance(sample, CameraInfoSample) else None
+        if stream is None or stream == "camera_info":
+            _add_geometry(scan, recording, raw)
         elif stream in LARGE:
             _add_stamp(scan.streams[stream], recording, raw)
         else:
@@ -132,9 +131,18 @@ def _add_row(stream: StreamScan, recording: Recording, raw: RawMessage) -> None:
     stream.rows.append(rows.values)
 
 
-def _add_transforms(scan: Scan, recording: Recording, raw: RawMessage) -> None:
-    sample = recording.decode(raw)
-    if isinstance(sample, TransformsSample):
+def _add_geometry(scan: Scan, recording: Recording, raw: RawMessage) -> None:
+    """The first usable calibration, and every static transform; one that cannot be used is noted once a topic."""
+    if raw.topic == scan.topics.camera_info and scan.camera_info is not None:
+        return
+    try:
+        sample = recording.decode(raw)
+    except DatasetsError as error:
+        scan.faults.setdefault(raw.topic, error.what)
+        return
+    if isinstance(sample, CameraInfoSample):
+        scan.camera_info = sample
+    elif isinstance(sample, TransformsSample):
         scan.transforms.extend(sample.transforms)
 
 

@@ -7,10 +7,12 @@ from types import TracebackType
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from jaxtyping import Float64
 
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.ingest.columns import TimedStream
 from navtool.datasets.ingest.rows import IMU_COLUMNS
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import apply_transform
 
 CLOUDS_PER_GROUP = 32
@@ -72,9 +74,7 @@ class CloudFile:
         self._writer.close()
 
 
-def write_streams(
-    folder: Path, streams: Mapping[str, TimedStream], base_imu: np.ndarray[tuple[int, int], np.dtype[np.float64]] | None
-) -> None:
+def write_streams(folder: Path, streams: Mapping[str, TimedStream], base_imu: Float64[Array, "4 4"] | None) -> None:
     """Write each small stream with its true stamps, one file a stream, in the order of time.
 
     Values stay as recorded, NaN included; only the IMU is turned into the base frame's axes where its pose is known.
@@ -93,7 +93,7 @@ def write_streams(
         pq.write_table(table, folder / f"{name}.parquet", compression="zstd")
 
 
-def in_base_axes(imu: TimedStream, base_imu: np.ndarray[tuple[int, int], np.dtype[np.float64]] | None) -> TimedStream:
+def in_base_axes(imu: TimedStream, base_imu: Float64[Array, "4 4"] | None) -> TimedStream:
     """The IMU's accelerations and angular velocities in the base frame's axes; as recorded without a pose.
 
     Only turned, not moved: a lever arm's accelerations stay in.

@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float, Num, Shaped, UInt8
 
+from navtool.pipeline.arrays import Array
+
 Stats = dict[str, list[object]]
 """One column's statistics as JSON-ready nested lists."""
 
@@ -12,7 +14,7 @@ QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 _LEVELS = 256
 
 
-def column_stats(values: Shaped[np.ndarray, "rows *shape"]) -> Stats:
+def column_stats(values: Shaped[Array, "rows *shape"]) -> Stats:
     """Statistics over the rows of a numeric or bool column, one value per element of a row.
 
     Args:
@@ -21,7 +23,7 @@ def column_stats(values: Shaped[np.ndarray, "rows *shape"]) -> Stats:
     table = values.astype(np.float64)
     if table.ndim == 1:
         table = table[:, None]
-    stats: dict[str, np.ndarray[tuple[int, ...], np.dtype[np.float64]]] = {
+    stats: dict[str, Array] = {
         "min": table.min(axis=0),
         "max": table.max(axis=0),
         "mean": table.mean(axis=0),
@@ -42,7 +44,7 @@ class ImageStats:
         self._histogram = np.zeros((3, _LEVELS), dtype=np.int64)
         self._frames = 0
 
-    def add(self, rgb: UInt8[np.ndarray, "height width 3"]) -> None:
+    def add(self, rgb: UInt8[Array, "height width 3"]) -> None:
         """Count one frame."""
         thinned = rgb[::4, ::4].reshape(-1, 3).astype(np.int64) + np.arange(3) * _LEVELS
         self._histogram += np.bincount(thinned.ravel(), minlength=3 * _LEVELS).reshape(3, _LEVELS)
@@ -81,9 +83,9 @@ class CloudStats:
         self._sum, self._squares = np.zeros(3), np.zeros(3)
         self._points = 0
         self._clouds = 0
-        self._sample: list[Float[np.ndarray, "sampled 3"]] = []
+        self._sample: list[Float[Array, "sampled 3"]] = []
 
-    def add(self, xyz: Float[np.ndarray, "points 3"]) -> None:
+    def add(self, xyz: Float[Array, "points 3"]) -> None:
         """Count the real points of one cloud."""
         self._clouds += 1
         if len(xyz) == 0:
@@ -128,7 +130,7 @@ def _merge(parts: Sequence[Stats]) -> Stats:
     counted = [part for part, count in zip(parts, counts, strict=True) if count > 0]
     weights = counts[counts > 0] / counts.sum()
 
-    def stacked(name: str) -> Num[np.ndarray, "episodes *shape"]:
+    def stacked(name: str) -> Num[Array, "episodes *shape"]:
         return np.array([part[name] for part in counted], dtype=np.float64)
 
     means = stacked("mean")

@@ -16,6 +16,7 @@ from navtool.datasets.errors import DatasetsError, OutputError
 from navtool.datasets.files import move, read_json, write_bytes, write_json
 from navtool.datasets.ingest.episode import EpisodeFolder
 from navtool.datasets.ingest.stats import Stats, aggregate
+from navtool.datasets.journal import finish
 from navtool.datasets.layout import DATA_PATH, FILES_PER_CHUNK, VIDEO_PATH, Layout
 from navtool.datasets.schema import CODEBASE_VERSION, IMAGE_KEY, features_of
 
@@ -48,6 +49,7 @@ def open_store(root: Path) -> Iterator["Store"]:
         except OSError as error:
             cure = "wait until it is done, or ingest into another folder"
             raise DatasetsError("another process is writing to it", where=root, cure=cure) from error
+        finish(root)
         store = Store(layout)
         store.clear()
         try:

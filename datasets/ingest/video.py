@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from navtool.datasets.schema import IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX
+from navtool.pipeline.arrays import Array
 
 KEYFRAME_EVERY = 2
 """A key frame every second frame: reading any frame decodes at most two."""
@@ -37,7 +38,7 @@ class VideoWriter:
         self._time_base = Fraction(1, fps)
         self._frames = 0
 
-    def add(self, rgb: UInt8[np.ndarray, "240 320 3"]) -> None:
+    def add(self, rgb: UInt8[Array, "240 320 3"]) -> None:
         """Encode the next frame."""
         frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(rgb), format="rgb24")
         frame.pts = self._frames

@@ -134,8 +134,9 @@ def _mounting(folder: Path, *, ros1: bool) -> Entry:
     rotation = Rotation.from_quat([pose["q"][axis] for axis in "xyzw"])
     shift = [pose["t"][axis] for axis in "xyz"]
     transforms = []
-    level = Rotation.identity()
-    mounts = (("base_link", "os1_lidar", [0, 0, 0.8], level), ("os1_lidar", "camera", shift, rotation))
+    # Ouster's lidar frame looks backwards, towards its connector, and so does the camera in it
+    backwards = Rotation.from_euler("z", 180, degrees=True)
+    mounts = (("base_link", "os1_lidar", [0, 0, 0.8], backwards), ("os1_lidar", "camera", shift, rotation))
     for parent, child, xyz, turn in mounts:
         stamp = {"sec": START_NS // 10**9, "nanosec": 0}
         header = {"stamp": stamp, "frame_id": parent, **({"seq": 0} if ros1 else {})}
