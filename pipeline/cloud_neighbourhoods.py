@@ -1,5 +1,6 @@
 """The points around chosen points of a LiDAR cloud: by ring and azimuth where it has rings, else by a k-d tree."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -42,19 +43,19 @@ def ring_neighbourhoods(
         max_points: Number of points to choose at most; every k-th cell with a point is chosen.
     """
     x, y, z = columns
-    level = np.sqrt(x * x + y * y)
-    row_of_ring, rows = _rows(ring, z, level)
+    number = ring.astype(np.int64)
+    row_of_ring, rows = _rows(number, z, np.sqrt(x * x + y * y))
     column = ((np.arctan2(y, x) + np.float32(np.pi)) * np.float32(_AZIMUTH_CELLS / (2 * np.pi))).astype(np.int64)
     # A border around the cells, which repeats them across the azimuth's seam, and a last row for the rings left out.
     width = _AZIMUTH_CELLS + 2 * _WINDOW_COLUMNS
     grid = np.full((rows + 2 * _WINDOW_ROWS + 1, width), -1, np.int64)
     flat = grid.reshape(-1)
-    flat[row_of_ring[ring] * width + np.minimum(column, _AZIMUTH_CELLS - 1) + _WINDOW_COLUMNS] = np.arange(len(x))
+    flat[row_of_ring[number] * width + np.minimum(column, _AZIMUTH_CELLS - 1) + _WINDOW_COLUMNS] = np.arange(len(x))
     inner = grid[:-1, _WINDOW_COLUMNS:-_WINDOW_COLUMNS].copy()
     grid[:-1, :_WINDOW_COLUMNS] = inner[:, -_WINDOW_COLUMNS:]
     grid[:-1, -_WINDOW_COLUMNS:] = inner[:, :_WINDOW_COLUMNS]
     filled = np.flatnonzero(inner.reshape(-1) >= 0)
-    filled = filled[:: max(1, -(-len(filled) // max_points))]
+    filled = filled[:: _stride(len(filled), max_points)]
     at = filled + (2 * (filled // _AZIMUTH_CELLS) + 1) * _WINDOW_COLUMNS
     return _differences(columns, flat[at], flat.take(at[:, None] + _window(width)), reach)
 
@@ -69,7 +70,7 @@ def nearest_neighbourhoods(columns: Float32[Array, "3 n"], neighbours: int, max_
 
 
 def _rows(
-    ring: Integer[Array, " n"], z: Float32[Array, " n"], level: Float32[Array, " n"]
+    ring: Int64[Array, " n"], z: Float32[Array, " n"], level: Float32[Array, " n"]
 ) -> tuple[Int64[Array, " rings"], int]:
     """The grid row of each ring, lowest first, the last one for rings too close to another, and the number of rows."""
     count = np.bincount(ring)
@@ -83,6 +84,14 @@ def _rows(
             rows, last = rows + 1, elevation[index]
     row_of_ring[row_of_ring < 0] = rows + 2 * _WINDOW_ROWS
     return row_of_ring, rows
+
+
+def _stride(count: int, most: int) -> int:
+    """A stride that leaves at most so many of the cells; not in step with the columns, so rows differ in theirs."""
+    stride = max(1, -(-count // most))
+    while math.gcd(stride, _AZIMUTH_CELLS) > 1:
+        stride += 1
+    return stride
 
 
 def _window(width: int) -> Int64[Array, " k"]:
