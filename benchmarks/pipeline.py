@@ -35,7 +35,7 @@ def reliability_rows(
     """One frame of camera and LiDAR; the peers find every corner, and the same points' neighbours with a k-d tree."""
     image_config, cloud_config = ImageReliabilityConfig(), CloudReliabilityConfig()
     detector = cv2.FastFeatureDetector.create(image_config.fast_threshold)
-    looked_at: NDArray[Any] = xyz[:: -(-len(xyz) // cloud_config.max_points)]
+    looked_at: Any = xyz[:: -(-len(xyz) // cloud_config.max_points)]
     image, corners, cloud, tree = median_seconds(
         lambda: image_reliability(rgb, image_config),
         lambda: detector.detect(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)),

@@ -13,8 +13,10 @@ from navtool.pipeline.geometry.transforms import apply_transform, invert_transfo
 from navtool.pipeline.geometry.unicycle import poses_after
 
 _MAX_SAGITTA_M = 0.002
+_STRIPS = 4
+_DISTORTED_STRIPS = 20
+_MOST_DOUBLINGS = 5
 _DISTORTED_EDGE_POINTS = 5
-_DISTORTED_SECTIONS = 20
 _SUBPIXEL_BITS = 4
 _PIXEL_LIMIT = 1e7
 
@@ -91,45 +93,63 @@ def trajectory_images(
 
     Note:
         The homography of the ground plane follows from the camera's model and its pose on the robot, and the lens
-        distortion is applied too. Obstacles do not hide the swath. Rows are independent of each other.
+        distortion is applied too. Obstacles do not hide the swath. The image of a row does not depend on the others.
     """
     if not np.isfinite(velocities).all():
         raise ValueError("a velocity is not finite: no trajectory follows from it")
     images = np.zeros((len(velocities), height, width), np.uint8)
-    moving = np.flatnonzero(np.any(velocities != 0, axis=1))
-    scaled = camera.scaled_to(width, height)
-    ground = _swath_polygons(velocities[moving].astype(np.float64), config, straight=scaled.is_ideal)
-    owner = np.repeat(moving, ground.shape[1])
-    flat = ground.reshape(-1, 2)
-    points = np.column_stack([flat, np.full(len(flat), -base_height_m)])
-    optical = apply_transform(invert_transform(base_camera), points).reshape(len(owner), ground.shape[2], 3)
-    pixels, owner = _project_polygons(optical, owner, scaled, config.near_m)
-    return _fill(images, pixels, owner)
+    wide, scaled = velocities.astype(np.float64), camera.scaled_to(width, height)
+    camera_base = invert_transform(base_camera)
+    doublings = _doublings(wide, config, straight=scaled.is_ideal)
+    for doubled in np.unique(doublings).tolist():
+        rows = np.flatnonzero((doublings == doubled) & (wide != 0).any(axis=1))
+        ground = _swath_polygons(wide[rows], config, doubled, straight=scaled.is_ideal)
+        owner = np.repeat(rows, ground.shape[1])
+        flat = ground.reshape(-1, 2)
+        points = np.column_stack([flat, np.full(len(flat), -base_height_m)])
+        optical = apply_transform(camera_base, points).reshape(len(owner), ground.shape[2], 3)
+        pixels, owner = _project_polygons(optical, owner, scaled, config.near_m)
+        _fill(images, pixels, owner)
+    return images
+
+
+def _doublings(
+    velocities: Float64[Array, "n 2"], config: TrajectoryImageConfig, *, straight: bool
+) -> Int64[Array, " n"]:
+    """How often each row doubles the least number of strips, so that the chords of its arc stay near the arc."""
+    speed, turn_rate = np.abs(velocities).T
+    until = _until(turn_rate, config)
+    # An arc of length s that turns by d rises s d / 8 above its chord; the outer edge of the swath is the longest.
+    rise = (speed + turn_rate * config.robot_width_m / 2) * until * turn_rate * until / 8
+    strips = np.sqrt(rise / _MAX_SAGITTA_M)
+    # Where times are squared, the last strip is twice the mean.
+    least = _STRIPS if straight else _DISTORTED_STRIPS / 2
+    doublings: Array = np.clip(np.ceil(np.log2(np.maximum(strips / least, 1.0))), 0, _MOST_DOUBLINGS)
+    return doublings.astype(np.int64)
+
+
+def _until(turn_rate: Float64[Array, " n"], config: TrajectoryImageConfig) -> Float64[Array, " n"]:
+    """The duration of each row's motion; after a whole turn the robot passes over the same ground again."""
+    return np.minimum(config.horizon * config.dt_s, 2 * np.pi / np.maximum(turn_rate, 1e-9))
 
 
 def _swath_polygons(
-    velocities: Float64[Array, "n 2"], config: TrajectoryImageConfig, *, straight: bool
-) -> Float64[Array, "n sections points 2"]:
+    velocities: Float64[Array, "n 2"], config: TrajectoryImageConfig, doubled: int, *, straight: bool
+) -> Float64[Array, "n strips points 2"]:
     """The swath as strips between consecutive cross-sections: convex polygons (x, y) on the ground.
 
     Where the lens does not keep lines straight, the strips are shorter the nearer they are to the robot, and the
     cross-sections have points between their ends.
     """
     speed, turn_rate = np.abs(velocities).T
-    duration = config.horizon * config.dt_s
-    # After a whole turn the robot passes over the same ground again.
-    until = np.minimum(duration, 2 * np.pi / np.maximum(turn_rate, 1e-9))
     half = config.robot_width_m / 2
-    # An arc of length s that turns by d rises s d / 8 above its chord; the outer edge of the swath is the longest.
-    rise = (speed + turn_rate * half) * until * turn_rate * until / 8
-    sections = int(np.ceil(np.sqrt(rise.max(initial=0.0) / _MAX_SAGITTA_M)))
     if straight:
-        unit_times, edge_points = np.linspace(0.0, 1.0, max(sections, 1) + 1), 2
+        unit_times, edge_points = np.linspace(0.0, 1.0, (_STRIPS << doubled) + 1), 2
     else:
-        sections = max(2 * sections, _DISTORTED_SECTIONS)
-        unit_times, edge_points = np.linspace(0.0, 1.0, sections + 1) ** 2, _DISTORTED_EDGE_POINTS
+        unit_times = np.linspace(0.0, 1.0, (_DISTORTED_STRIPS << doubled) + 1) ** 2
+        edge_points = _DISTORTED_EDGE_POINTS
     # Scaling both velocities by the duration lets all rows share one time axis.
-    poses = poses_after(velocities * until[:, None], unit_times)
+    poses = poses_after(velocities * _until(turn_rate, config)[:, None], unit_times)
     leftward = half * np.stack([-np.sin(poses[..., 2]), np.cos(poses[..., 2])], axis=-1)
     left, right = poses[..., :2] + leftward, poses[..., :2] - leftward
     # Two consecutive cross-sections form an isosceles trapezoid. With the turning centre inside the robot's width they
@@ -163,12 +183,11 @@ def _fill(
     images: UInt8[Array, "n h w"],
     pixels: Float64[Array, "visible corners 2"],
     owner: Int64[Array, " visible"],
-) -> UInt8[Array, "n h w"]:
-    """The images with the polygons filled; a pixel that a polygon's outline touches belongs to it."""
+) -> None:
+    """Fill the polygons into the images; a pixel that a polygon's outline touches belongs to it."""
     height, width = images.shape[1:]
     low, high = pixels.min(axis=1, initial=np.inf), pixels.max(axis=1, initial=-np.inf)
     inside = (high >= -1).all(axis=1) & (low <= (width, height)).all(axis=1)
     fixed = np.rint(np.clip(pixels[inside], -_PIXEL_LIMIT, _PIXEL_LIMIT) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
     for index, corners in zip(owner[inside].tolist(), fixed, strict=True):
         cv2.fillPoly(images[index], [corners], 255, cv2.LINE_8, _SUBPIXEL_BITS)
-    return images

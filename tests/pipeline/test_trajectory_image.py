@@ -169,8 +169,7 @@ def test_rows_are_independent_and_sizes_scale() -> None:
     batch = trajectory_images(velocities, CAMERAS["barrel"], mounted(), CONFIG)
     assert set(np.unique(batch)) == {0, 255}
     for velocity, image in zip(velocities, batch, strict=True):
-        # The number of strips follows the tightest turn of the batch, which moves outlines by less than a pixel.
-        assert_same_outline(trajectory_image(velocity, CAMERAS["barrel"], mounted(), CONFIG), image)
+        np.testing.assert_array_equal(trajectory_image(velocity, CAMERAS["barrel"], mounted(), CONFIG), image)
     small = trajectory_image(LEFT, CAMERAS["barrel"], mounted(), CONFIG, height=120, width=160)
     shrunk = cv2.resize(trajectory_image(LEFT, CAMERAS["barrel"], mounted(), CONFIG), (160, 120))
     assert_same_outline(small, np.where(shrunk > 127, 255, 0).astype(np.uint8))
