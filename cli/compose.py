@@ -1,5 +1,6 @@
 """From a YAML file, a schema and ``key=value`` overrides to a typed configuration."""
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
@@ -66,7 +67,7 @@ def usage_errors() -> Iterator[None]:
 
 def _readable(error: BaseException) -> str:
     """The innermost message that says something, on one line."""
-    messages = []
+    messages = [f"override {error.override!r}"] if hasattr(error, "override") else []
     current: BaseException | None = error
     while current is not None:
         text = " ".join(line.strip() for line in str(current).splitlines() if _says_something(line))
@@ -84,5 +85,6 @@ def _says_something(line: str) -> bool:
 
 def quoted(value: object) -> str:
     """A value as an override's right-hand side: Hydra takes it literally."""
-    text = str(value).replace("\\", "\\\\").replace("'", "\\'")
+    # In Hydra's quotes a backslash counts only before a quote.
+    text = re.sub(r"(\\*)('|$)", lambda found: found[1] * 2 + ("\\'" if found[2] else ""), str(value))
     return f"'{text}'"

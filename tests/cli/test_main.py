@@ -1,0 +1,144 @@
+"""The command tree is a contract: frozen here, with its help, version, completion and exit codes."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.main import get_command
+
+from navtool.cli.arguments import split_overrides
+from navtool.cli.main import app, main
+
+TREE = {
+    "inspect": ["bag", "--robot", "--write-robot", "--json"],
+    "ingest": ["arguments", "--out", "--robot", "--dry-run", "--allow-missing", "--json"],
+    "label": ["dataset", "overrides", "--events", "--json"],
+    "check": ["dataset", "--json"],
+    "train": ["overrides", "--data", "--out", "--multirun", "--cfg", "--resume"],
+    "evaluate": ["source", "--data", "--split", "--out", "--json"],
+    "export": ["run", "--out", "--overwrite"],
+    "verify": ["artefact", "--latency-runs", "--json"],
+    "demo": ["--out", "--seed", "--episodes", "--epochs"],
+}
+
+
+def _parameters(command: Any) -> list[str]:
+    return [parameter.opts[0] for parameter in command.params]
+
+
+def test_the_command_tree_is_frozen() -> None:
+    root: Any = get_command(app)
+    assert {name: _parameters(command) for name, command in root.commands.items()} == TREE
+    assert all(command.help for command in root.commands.values())
+
+
+def test_help_version_and_completion(navtool: Callable[..., Any]) -> None:
+    shown = navtool("--help")
+    assert shown.code == 0
+    assert all(verb in shown.out for verb in TREE)
+    version = navtool("--version")
+    assert version.code == 0
+    assert version.out.startswith("navtool 0.")
+    completion = navtool("--show-completion", "bash")
+    assert completion.code == 0
+    assert "_NAVTOOL_COMPLETE" in completion.out
+    assert navtool("check", "--help").code == 0
+
+
+def test_help_loads_nothing_heavy() -> None:
+    heavy = ("torch", "numpy", "hydra", "rich", "pyarrow", "cv2")
+    code = f"import sys, navtool.cli.main; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)  # noqa: S603
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("command", ["inspect", "ingest", "label", "check"])
+def test_reading_and_ingesting_load_no_torch(command: str) -> None:
+    modules = {
+        "inspect": "navtool.datasets.inspect",
+        "ingest": "navtool.datasets.ingest.ingest, navtool.cli.robots; navtool.cli.robots.ingest_job(None, ())",
+        "label": "navtool.datasets.labels.apply",
+        "check": "navtool.datasets.check",
+    }
+    heavy = ("torch", "lerobot", "datasets")
+    code = f"import {modules[command]}; import sys; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)  # noqa: S603
+    assert done.stdout.strip() == "[]"
+
+
+def test_paths_and_overrides_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "odd=name.bag").touch()
+    given = ["a.bag", "fps=5", "odd=name.bag", "sync.image_tolerance_s=0.1", "+new=1", "/data/x.mcap", "robot=husky"]
+    paths, overrides = split_overrides(given)
+    assert paths == ["a.bag", "odd=name.bag", "/data/x.mcap"]
+    assert overrides == ["fps=5", "sync.image_tolerance_s=0.1", "+new=1", "robot=husky"]
+
+
+def test_bad_input_gets_one_error_and_an_exit_code(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = tmp_path / "notes.bag"
+    text.write_text("not a recording")
+    out = tmp_path / "out"
+    cases: list[tuple[list[object], int, str]] = [
+        (["inspect", tmp_path / "absent.bag"], 1, "absent.bag"),
+        (["inspect", text], 1, "not a recording"),
+        (["inspect"], 2, "Missing argument"),
+        (["ingest", tmp_path / "absent.bag", "--out", out], 1, "no such file"),
+        (["ingest", text, "--out", out], 1, ""),
+        (["ingest", text], 2, "--out"),
+        (["ingest", text, "--out", out, "fbs=5"], 2, "fbs"),
+        (["ingest", text, "--out", out, "fps=fast"], 2, "fps"),
+        (["ingest", text, "--out", out, "fps=600"], 2, "600"),
+        (["ingest", text, "--out", out, "robot=unknown"], 2, "generic"),
+        (["ingest", text, "--out", out, "--robot", tmp_path / "absent.yaml"], 1, "absent.yaml"),
+        (["ingest", text, "--out", out, "--fast"], 2, "--fast"),
+        (["label", tmp_path / "absent"], 1, "no such folder"),
+        (["label", tmp_path, "stuck.at_least_s=-1"], 2, "stuck.at_least_s"),
+        (["check", tmp_path], 1, "not a data set"),
+        (["train", "--data", tmp_path / "absent"], 1, "absent"),
+        (["train"], 2, "no data set was named"),
+        (["train", "--data", tmp_path, "trainer.epoch=3"], 2, "trainer.epoch"),
+        (["train", "--data", tmp_path, "trainer.epochs=0"], 2, "trainer.epochs"),
+        (["train", "--data", tmp_path, "model=unknown"], 2, "graspe"),
+        (["train", "--resume", tmp_path], 1, "not a training run"),
+        (["evaluate", tmp_path], 1, str(tmp_path)),
+        (["export", tmp_path, "--out", out], 1, "not a training run"),
+        (["verify", tmp_path], 1, ""),
+    ]
+    for arguments, code, said in cases:
+        monkeypatch.setattr(sys, "argv", ["navtool", *map(str, arguments)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        printed = capsys.readouterr()
+        assert left.value.code == code, (arguments, printed)
+        assert said in printed.err + printed.out, (arguments, printed)
+        assert not out.exists(), arguments
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["notes.bag"]
+
+
+@pytest.mark.recordings
+def test_inspect_json_counts_what_the_recording_holds(navtool: Callable[..., Any], recordings: Path) -> None:
+    found = json.loads(navtool("inspect", recordings / "bags/husky_outdoor/test1.bag", "--json").out)
+    assert {"path", "format", "start_ns", "end_ns", "messages", "topics", "topic_map"} <= set(found)
+    counts = {topic["name"]: topic["count"] for topic in found["topics"]}
+    assert counts == {"/imu/data": 11865, "/husky_velocity_controller/odom": 3952, "/fix": 989}
+    assert {"name", "type", "count", "rate_hz", "gap_max_s"} <= set(found["topics"][0])
+    assert found["topic_map"]["odometry"] == "/husky_velocity_controller/odom"
+
+
+def test_a_robot_file_comes_back(
+    navtool: Callable[..., Any], write_recording: Callable[..., Path], drive_entries: Callable[..., Any], tmp_path: Path
+) -> None:
+    bag = write_recording("mcap", drive_entries())
+    robot = tmp_path / "robot.yaml"
+    assert navtool("inspect", bag, "--write-robot", robot).code == 0
+    options = ("--robot", robot, "--out", tmp_path / "out", "--dry-run", "--json", "robot.width_m=0.7")
+    planned = navtool("ingest", bag, *options)
+    assert planned.code == 0, planned.err
+    assert json.loads(planned.out)["recordings"][0]["topics"]["lidar"] == "/points"

@@ -1,0 +1,82 @@
+"""Every configuration composes, every option stands in a dataclass, every preset is a valid robot."""
+
+from pathlib import Path
+
+import pytest
+
+from navtool.cli.compose import UsageError, compose, quoted
+from navtool.configs.ingest_job import IngestJob
+from navtool.configs.schema import SCHEMAS, config_folder
+from navtool.configs.train_job import TrainJob
+from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.labels.config import LabelConfig
+from navtool.datasets.lineage import config_hash
+from navtool.datasets.robot import RobotConfig
+from navtool.train.config import TrainConfig
+
+
+def _options(group: str) -> list[str]:
+    return sorted(path.stem for path in (config_folder() / group).glob("*.yaml"))
+
+
+def test_every_configuration_has_a_schema_and_a_file() -> None:
+    assert sorted(SCHEMAS) == sorted(path.stem for path in config_folder().glob("*.yaml"))
+
+
+def test_defaults_stand_in_the_dataclasses_alone() -> None:
+    assert compose("ingest", [], IngestJob).config() == IngestConfig()
+    assert compose("label", [], LabelConfig) == LabelConfig()
+    assert compose("train", ["dataset=x"], TrainJob).config() == TrainConfig()
+
+
+@pytest.mark.parametrize("name", _options("robot"))
+def test_every_robot_composes(name: str) -> None:
+    robot = compose("ingest", [f"robot={name}"], IngestJob).robot
+    assert isinstance(robot, RobotConfig)
+    assert robot.name == name
+
+
+@pytest.mark.parametrize("group", ["experiment", "debug"])
+def test_every_experiment_composes_and_changes_something(group: str) -> None:
+    plain = config_hash(TrainConfig())
+    for name in _options(group):
+        job = compose("train", ["dataset=x", f"{group}={name}"], TrainJob)
+        assert config_hash(job.config()) != plain, name
+
+
+def test_the_papers_settings_are_the_defaults() -> None:
+    config = TrainConfig()
+    assert (config.optimizer.learning_rate, config.optimizer.weight_decay) == (0.002, 0.00025)
+    assert (config.trainer.epochs, config.model.graph.edge_decay) == (30, 15.0)
+    paper = compose("train", ["dataset=x", "experiment=graspe_paper"], TrainJob)
+    assert paper.trainer.epochs == 1000
+
+
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        (["fbs=5"], "fbs"),
+        (["fps=many"], "many"),
+        (["fps=0"], "fps = 0 Hz"),
+        (["sync.image_tolerance_s=-1"], "image_tolerance_s"),
+        (["robot.base_height_m=90"], "base_height_m"),
+        (["robot=unknown"], "husky"),
+        (["fps"], "fps"),
+        (["fps=[1"], "fps"),
+    ],
+)
+def test_wrong_overrides_say_what_is_wrong(overrides: list[str], said: str) -> None:
+    with pytest.raises(UsageError, match=r".*") as caught:
+        compose("ingest", overrides, IngestJob)
+    assert said in str(caught.value)
+    assert "Traceback" not in str(caught.value)
+
+
+@pytest.mark.parametrize("value", ["plain", "with space", "it's", "a,b", "x=y", "{parent}", "back\\slash"])
+def test_quoted_values_arrive_as_they_are(value: str) -> None:
+    assert compose("ingest", [f"place={quoted(value)}"], IngestJob).place == value
+
+
+def test_the_config_folder_is_the_installed_one() -> None:
+    assert (config_folder() / "ingest.yaml").is_file()
+    assert Path(config_folder()).is_absolute()
