@@ -163,7 +163,7 @@ def drive(
     return sorted(entries, key=lambda entry: entry[2])
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def drive_entries() -> Callable[..., list[Entry]]:
     """``drive_entries(seconds, seed=, streams=, ros1=, crash=)``: the messages of a short drive, in order of record."""
     return drive
