@@ -66,7 +66,7 @@ def nearest_neighbourhoods(columns: Float32[Array, "3 n"], neighbours: int, max_
     count = points.shape[0]
     centre = np.arange(0, count, max(1, -(-count // max_points)))
     _, around = cKDTree(points, balanced_tree=False, compact_nodes=False).query(points[centre], k=neighbours + 1)
-    return _differences(columns, centre, np.asarray(around), np.inf)
+    return _differences(columns, centre, np.asarray(around), None)
 
 
 def _rows(
@@ -102,14 +102,15 @@ def _window(width: int) -> Int64[Array, " k"]:
 
 
 def _differences(
-    columns: Float32[Array, "3 n"], centre: Int64[Array, " m"], around: Int64[Array, "m k"], reach: float
+    columns: Float32[Array, "3 n"], centre: Int64[Array, " m"], around: Int64[Array, "m k"], reach: float | None
 ) -> Neighbourhoods:
-    """The differences to the points `around` (-1: none) that are within `reach` times the centre's distance."""
+    """The differences to the points `around` (-1: none), of those within `reach` times the centre's distance."""
     middle = columns[:, centre]
     difference = columns.take(around, axis=1)
     difference -= middle[:, :, None]
-    square = np.einsum("imk,imk->mk", difference, difference)
-    limit = reach * reach * np.einsum("im,im->m", middle, middle)
-    near = (square <= limit[:, None]) & (around >= 0) & (around != centre[:, None])
+    near = (around >= 0) & (around != centre[:, None])
+    if reach is not None:
+        limit = reach * reach * np.einsum("im,im->m", middle, middle)
+        near &= np.einsum("imk,imk->mk", difference, difference) <= limit[:, None]
     difference *= near
     return Neighbourhoods(centre, difference, np.count_nonzero(near, axis=1))

@@ -23,15 +23,19 @@ class ImageReliabilityConfig:
     """alpha_b, the weight of the brightness, in [0, 1]; the paper's Table V."""
     corner_weight: float = 0.33
     """alpha_c, the weight of the corners, in [0, 1]; the paper's Table V."""
-    corner_density_saturated: float = 0.015
+    corner_density_saturated: float = 0.009
     """Corners per pixel from which on an image is rich in features, in (0, 1]; 1.0 is the paper's literal formula.
 
-    The default lies between real photos at their native resolution, counted with FAST threshold 20: of 17 sharp
-    outdoor ones (forest, trails, creek, parks, dirt road, street) 15 have 0.014 to 0.060 and the two plainest, a lawn
-    and an empty street, 0.006 to 0.007; two with strong motion blur have 0.001 and 0.002.
+    The default lies between real photos at their native resolution, counted with the default FAST threshold: of 17
+    sharp outdoor ones (forest, trails, creek, parks, dirt road, street) 15 have 0.009 to 0.043 and the two plainest, a
+    lawn and an empty street, 0.003 and 0.004; two with strong motion blur have 0.0002 and 0.0005.
     """
-    fast_threshold: int = 20
-    """Least grey level difference between a corner and the circle around it, in [1, 254]."""
+    fast_threshold: int = 30
+    """Least grey level difference between a corner and the circle around it, in [1, 254].
+
+    On the photos above, motion blur leaves 2 to 6 % of the saturated density at 30, but 6 to 13 % at 20; 30 is also
+    faster.
+    """
 
     def __post_init__(self) -> None:
         for name in ("brightness_weight", "corner_weight"):
@@ -71,7 +75,7 @@ def image_reliability(rgb: UInt8[Array, "h w 3"], config: ImageReliabilityConfig
 
     Note:
         The paper's RMS of the histogram's counts would not measure brightness; this is the RMS of the pixels, which the
-        histogram determines. The paper divides n_c by w h, which stays below 0.07 on real photos: n_sat scales it to
+        histogram determines. The paper divides n_c by w h, which stays below 0.05 on real photos: n_sat scales it to
         "feature rich if n_c is above a threshold".
     """
     if rgb.size == 0:

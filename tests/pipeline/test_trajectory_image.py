@@ -147,7 +147,8 @@ def test_a_wider_robot_and_a_longer_horizon_cover_more(
     long = TrajectoryImageConfig(robot_width_m=narrow, horizon=12, dt_s=0.2)
     image = trajectory_image(velocity, camera, base_camera, small)
     for covering in (wide, long):
-        larger = grown(trajectory_image(velocity, camera, base_camera, covering), 3)
+        # Chords of other lengths and rounding move the outline by up to two pixels.
+        larger = grown(trajectory_image(velocity, camera, base_camera, covering), 5)
         assert not (image & ~larger).any()
 
 
