@@ -81,7 +81,7 @@ def image_reliability(rgb: UInt8[Array, "h w 3"], config: ImageReliabilityConfig
     if rgb.size == 0:
         return ImageReliability(0.0, 0.0, 0.0)
     gray = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), np.uint8)
-    brightness = cv2.norm(gray, cv2.NORM_L2) / (255 * np.sqrt(gray.size))  # eq. (1)
+    brightness = min(cv2.norm(gray, cv2.NORM_L2) / (255 * np.sqrt(gray.size)), 1.0)  # eq. (1)
     saturated = config.corner_density_saturated * gray.size
     corners = min(count_corners(gray, config.fast_threshold, enough=saturated) / saturated, 1.0)
     image = config.brightness_weight * brightness + config.corner_weight * corners  # eq. (2)
