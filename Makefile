@@ -32,7 +32,7 @@ check: setup ## format, lint, types and import contracts
 	$(BIN)/ruff check .
 	rm -rf .check && $(UV) pip install --quiet --python $(BIN)/python --no-deps --target .check .
 	MYPYPATH=.check $(BIN)/mypy -p navtool
-	MYPYPATH=.check:benchmarks:tests/factories $(BIN)/mypy tests benchmarks
+	MYPYPATH=.check:benchmarks:tests/factories $(BIN)/mypy --explicit-package-bases tests benchmarks
 	PYTHONPATH=.check $(BIN)/lint-imports
 
 test: setup ## the quick tests

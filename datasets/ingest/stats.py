@@ -1,13 +1,14 @@
 """Statistics of columns in LeRobot's form: min, max, mean, std, count and quantiles, per episode and over all."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Num, Shaped, UInt8
 
 from navtool.pipeline.arrays import Array
 
-Stats = dict[str, list[object]]
+Stats = dict[str, list[Any]]
 """One column's statistics as JSON-ready nested lists."""
 
 QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
@@ -54,7 +55,7 @@ class ImageStats:
         """Statistics of what was counted; zeros when nothing was."""
         total = self._histogram.sum(axis=1)
         if not total.all():
-            zeros: list[object] = [[[0.0]]] * 3
+            zeros: list[Any] = [[[0.0]]] * 3
             return dict.fromkeys(("min", "max", "mean", "std", *QUANTILES), zeros) | {"count": [0]}
         levels = np.arange(_LEVELS) / (_LEVELS - 1)
         cumulated = self._histogram.cumsum(axis=1)
@@ -100,7 +101,7 @@ class CloudStats:
     def result(self) -> Stats:
         """Statistics of what was counted; zeros when there was no point."""
         if self._points == 0:
-            zeros: list[object] = [0.0] * 3
+            zeros: list[Any] = [0.0] * 3
             return dict.fromkeys(("min", "max", "mean", "std", *QUANTILES), zeros) | {"count": [self._clouds]}
         mean = self._sum / self._points
         stats = {

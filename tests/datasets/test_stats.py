@@ -27,7 +27,7 @@ def test_image_stats_are_those_of_the_thinned_pixels() -> None:
         stats.add(frame)
     pixels = np.concatenate([frame[::4, ::4].reshape(-1, 3) for frame in frames]) / 255
     found = stats.result()
-    assert np.shape(found["mean"]) == (3, 1, 1)
+    assert np.array(found["mean"]).shape == (3, 1, 1)
     np.testing.assert_allclose(np.ravel(found["mean"]), pixels.mean(axis=0), atol=1e-9)
     np.testing.assert_allclose(np.ravel(found["std"]), pixels.std(axis=0), atol=1e-9)
     np.testing.assert_allclose(np.ravel(found["min"]), pixels.min(axis=0))

@@ -140,7 +140,7 @@ def _mounting(folder: Path, *, ros1: bool) -> Entry:
     for parent, child, xyz, turn in mounts:
         stamp = {"sec": START_NS // 10**9, "nanosec": 0}
         header = {"stamp": stamp, "frame_id": parent, **({"seq": 0} if ros1 else {})}
-        quaternion = dict(zip("xyzw", turn.as_quat().tolist(), strict=True))
+        quaternion = {axis: float(value) for axis, value in zip("xyzw", turn.as_quat(), strict=True)}
         where = {"translation": dict(zip("xyz", map(float, xyz), strict=True)), "rotation": quaternion}
         transforms.append({"header": header, "child_frame_id": child, "transform": where})
     return "/tf_static", "tf2_msgs/msg/TFMessage", START_NS, {"transforms": transforms}

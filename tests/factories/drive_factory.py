@@ -48,14 +48,10 @@ def _cloud(number: int, seed: int) -> dict[str, Any]:
     table["intensity"] = rng.uniform(0, 100, points)
     table["ring"] = np.repeat(np.arange(16), points // 16 + 1)[:points]
     kinds = {"<f4": 7, "<u2": 4}
+    described: Any = table.dtype.fields
     fields = [
-        {
-            "name": name,
-            "offset": table.dtype.fields[name][1],
-            "datatype": kinds[table.dtype.fields[name][0].str],
-            "count": 1,
-        }
-        for name in table.dtype.names
+        {"name": name, "offset": offset, "datatype": kinds[kind.str], "count": 1}
+        for name, (kind, offset, *_) in described.items()
     ]
     step = table.dtype.itemsize
     return {
