@@ -2,7 +2,7 @@
 
 import lightning.pytorch as pl
 import torch
-from torch.utils.data import DataLoader
+from torch.utils.data import DataLoader, Dataset
 
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
@@ -83,7 +83,7 @@ class NavDataModule(pl.LightningDataModule):
 
 
 def sample_loader(
-    dataset: SampleDataset, batch_size: int, workers: int, sampler: EpochSampler | None = None
+    dataset: Dataset[Sample], batch_size: int, workers: int, sampler: EpochSampler | None = None
 ) -> DataLoader[Sample]:
     """Batches of samples, in the order of rows where no sampler is given.
 

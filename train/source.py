@@ -75,7 +75,7 @@ class NavSource(Protocol):
         """All rows of a small column, such as ``observation.state``."""
 
     def points(self, index: int) -> NDArray[np.float32]:
-        """The cloud of a row, (10000, 3), zero behind its count."""
+        """The cloud of a row, (10000, 3), padding behind its count."""
 
     def image(self, index: int) -> NDArray[np.uint8]:
         """The camera image of a row, (240, 320, 3) RGB."""

@@ -1,0 +1,39 @@
+"""What an exported GrASPE network takes and gives."""
+
+from navtool.datasets.schema import CLOUD_SIZE
+from navtool.export.manifest import TensorSpec
+from navtool.train.config import TrainConfig
+
+METHODS = ("forward", "encode_sensors", "score_candidates")
+"""``forward(inputs...)`` judges one trajectory. ``encode_sensors(image, points, count, velocity)`` and
+``score_candidates(features, trajectory [batch, candidates, 1, h, w], reliability)`` judge many on one encoding."""
+
+
+def graspe_inputs(config: TrainConfig) -> tuple[TensorSpec, ...]:
+    """The arguments of forward, in order; `navtool.train.samples.Sample.inputs` has the same."""
+    height, width = config.model.image_height, config.model.image_width
+    return (
+        TensorSpec("image", ("batch", 3, height, width), "uint8", "1", (0, 255), "front camera, RGB; black if missing"),
+        TensorSpec(
+            "points", ("batch", CLOUD_SIZE, 3), "float32", "m", None, "[x, y, z] in base (REP-103), front half plane"
+        ),
+        TensorSpec("count", ("batch",), "int64", "1", (0, CLOUD_SIZE), "points in use, from the first"),
+        TensorSpec(
+            "velocity",
+            ("batch", config.model.history, 2),
+            "float32",
+            "m/s, rad/s",
+            None,
+            "[v, omega] of base, one a row of the data set, oldest first, the current one last",
+        ),
+        TensorSpec(
+            "trajectory", ("batch", 1, height, width), "uint8", "1", (0, 255), "front camera; 255 on the swath, else 0"
+        ),
+        TensorSpec("reliability", ("batch", 2), "float32", "1", (0, 1), "[r_img, r_point]; 0 for a missing sensor"),
+    )
+
+
+def graspe_outputs(config: TrainConfig) -> tuple[TensorSpec, ...]:
+    """What forward returns."""
+    frame = "success at the row itself and those that follow"
+    return (TensorSpec("success", ("batch", config.model.horizon), "float32", "1", (0, 1), frame),)

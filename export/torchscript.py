@@ -1,0 +1,131 @@
+"""From a training run to an artefact folder."""
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import torch
+
+from navtool.datasets.files import write_json
+from navtool.datasets.lineage import code_version, file_sha256, plain
+from navtool.export.artefact import KIND, MODEL
+from navtool.export.contract import METHODS, graspe_inputs, graspe_outputs
+from navtool.export.errors import ExportError
+from navtool.export.golden import GOLDEN, TOLERANCE, golden_bytes, golden_inputs
+from navtool.export.manifest import MANIFEST, FileEntry, Manifest
+from navtool.export.scripted import save_scripted, script
+from navtool.train.checkpoint import load_run
+from navtool.train.config import TrainConfig
+from navtool.train.run_folder import RunFolder
+
+
+def export_run(run: Path, out: Path, *, overwrite: bool = False, checkpoint: str = "best") -> Path:
+    """Write the artefact of a run: ``model.ts``, ``golden.safetensors`` and ``manifest.json``.
+
+    The folder appears in one step, whole. The compiled network has been compared with the trained one on the golden
+    inputs before it is there.
+
+    Args:
+        run: Folder of the run.
+        out: The artefact's folder; must not exist, or be empty.
+        overwrite: Replace an artefact that is there already; anything else is never replaced.
+        checkpoint: ``best`` or ``last``.
+
+    Returns:
+        The artefact's folder.
+
+    Raises:
+        TrainError: The run cannot be loaded.
+        ExportError: The folder is in use, or the compiled network gives other results.
+    """
+    _check_target(out, overwrite=overwrite)
+    folder = RunFolder(run)
+    loaded, weights = load_run(run, checkpoint), folder.checkpoints / f"{checkpoint}.ckpt"
+    inputs, outputs = graspe_inputs(loaded.config), graspe_outputs(loaded.config)
+    golden = golden_inputs(loaded, folder.lineage, inputs)
+    network = loaded.config.model
+    scripted = script(loaded.model, height=network.image_height, width=network.image_width, history=network.history)
+    arguments = [golden.tensors[spec.name] for spec in inputs]
+    with torch.inference_mode():
+        expected = loaded.model(*arguments)
+        gap = float((scripted(*arguments) - expected).abs().max())
+    if not gap <= TOLERANCE:
+        raise ExportError(
+            f"the compiled network differs from the trained one by {gap:.2g}, more than {TOLERANCE:g}",
+            where=run,
+            cure="report it with the versions of torch and navtool",
+        )
+    with _staged(out) as staged:
+        save_scripted(scripted, staged / MODEL)
+        (staged / GOLDEN).write_bytes(golden_bytes(golden.tensors, {outputs[0].name: expected}))
+        lineage = {key: value for key, value in loaded.lineage.items() if key != "dataset_path"}
+        manifest = Manifest(
+            kind=KIND,
+            created_by=f"navtool {code_version()}, torch {torch.__version__}",
+            inputs=inputs,
+            outputs=outputs,
+            methods=METHODS,
+            golden_source=golden.source,
+            golden_tolerance=TOLERANCE,
+            config=_plain_config(loaded.config),
+            lineage=lineage | {"checkpoint": {"name": checkpoint, "sha256": file_sha256(weights)}},
+            metrics=folder.read_metrics(),
+            files={name: _entry(staged / name) for name in (MODEL, GOLDEN)},
+        )
+        write_json(staged / MANIFEST, manifest.to_json())
+    return out
+
+
+def _check_target(out: Path, *, overwrite: bool) -> None:
+    if not out.exists() or (out.is_dir() and not any(out.iterdir())):
+        return
+    if not out.is_dir():
+        raise ExportError("is a file", where=out, cure="name a folder")
+    if not (out / MANIFEST).is_file():
+        raise ExportError("holds other files", where=out, cure="choose a new folder")
+    if not overwrite:
+        raise ExportError("holds an artefact already", where=out, cure="choose a new folder, or pass --overwrite")
+
+
+@contextmanager
+def _staged(out: Path) -> Iterator[Path]:
+    """A folder beside ``out`` that takes its place when all went well, and is gone when not."""
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        staged = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+    except OSError as error:
+        raise ExportError(f"cannot be written ({error.strerror})", where=out.parent, cure="check the path") from error
+    try:
+        yield staged
+        staged.chmod(0o755)
+        _replace(staged, out)
+    except OSError as error:
+        raise ExportError(f"cannot be written ({error.strerror})", where=out, cure="check space and rights") from error
+    finally:
+        shutil.rmtree(staged, ignore_errors=True)
+
+
+def _replace(staged: Path, out: Path) -> None:
+    """Put the new folder in place of the old one, which is kept aside until the new one stands."""
+    if not out.exists():
+        staged.replace(out)
+        return
+    aside = staged.with_name(f"{staged.name}.old")
+    out.replace(aside)
+    try:
+        staged.replace(out)
+    except OSError:
+        aside.replace(out)
+        raise
+    shutil.rmtree(aside)
+
+
+def _entry(path: Path) -> FileEntry:
+    return FileEntry(sha256=file_sha256(path), size=path.stat().st_size)
+
+
+def _plain_config(config: TrainConfig) -> dict[str, object]:
+    content = plain(config)
+    return dict(content) if isinstance(content, dict) else {}

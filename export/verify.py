@@ -1,0 +1,148 @@
+"""Checking that an artefact is what its manifest says, before a robot relies on it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import safetensors.torch
+import torch
+
+from navtool.datasets.lineage import plain
+from navtool.export import model_checks
+from navtool.export.artefact import KIND, MODEL, check_files
+from navtool.export.golden import GOLDEN
+from navtool.export.manifest import Manifest, read_manifest
+from navtool.export.model_checks import CheckFailed, Subject, spec_fault
+from navtool.export.scripted import load_scripted, told_by_script
+from navtool.pipeline.errors import NavtoolError
+
+VERIFY_SCHEMA = 1
+"""Raised whenever the JSON form of a report changes its meaning."""
+
+_MODEL_CHECKS: dict[str, Callable[[Subject], str]] = {
+    "contract": model_checks.check_contract,
+    "refusals": model_checks.check_refusals,
+    "parity": model_checks.check_parity,
+    "determinism": model_checks.check_determinism,
+    "batch sizes": model_checks.check_batches,
+    "candidates": model_checks.check_candidates,
+    "extremes": model_checks.check_extremes,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One thing that was looked at."""
+
+    name: str
+    ok: bool
+    detail: str
+    """What was seen."""
+
+
+@dataclass(frozen=True, slots=True)
+class VerifyReport:
+    """What verification saw."""
+
+    artefact: Path
+    checks: tuple[Check, ...]
+    """In the order in which they were made; the first three must hold for the rest to be made."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check holds."""
+        return all(check.ok for check in self.checks)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        content = plain(self)
+        body = content if isinstance(content, dict) else {}
+        return {"schema_version": VERIFY_SCHEMA, "passed": self.passed} | body
+
+
+def verify(artefact: Path, latency_runs: int = 20) -> VerifyReport:
+    """Check an artefact on the CPU: manifest, hashes, contract, parity, determinism, latency.
+
+    The hashes come first: nothing of a file is interpreted before its bytes are those of the manifest, and the bytes
+    that were hashed are those that are loaded. Loading ``model.ts`` then runs the TorchScript in it. An artefact
+    that is damaged in any way gives a report that says so, not an exception. Nothing is written.
+
+    Args:
+        artefact: Folder of the artefact.
+        latency_runs: Runs whose median is reported, >= 1. Latency is told, not judged.
+    """
+    checks: list[Check] = []
+    manifest = _look(checks, "manifest", lambda: _manifest(artefact))
+    content = _look(checks, "files", lambda: _files(artefact, manifest)) if manifest else None
+    subject = _look(checks, "model and golden", lambda: _subject(manifest, content)) if manifest and content else None
+    if subject is not None:
+        with torch.inference_mode():
+            for name, check in _MODEL_CHECKS.items():
+                _look(checks, name, partial(_seen, check, subject))
+            _look(checks, "latency", lambda: (True, _latency(subject, latency_runs)))
+    return VerifyReport(artefact, tuple(checks))
+
+
+def _look[T](checks: list[Check], name: str, look: Callable[[], tuple[T, str]]) -> T | None:
+    """Make a check and note it; whatever a damaged artefact raises is what was seen."""
+    try:
+        value, detail = look()
+    except CheckFailed as failed:
+        checks.append(Check(name, ok=False, detail=str(failed)))
+    except NavtoolError as error:
+        checks.append(Check(name, ok=False, detail=error.what))
+    except Exception as error:
+        checks.append(Check(name, ok=False, detail=f"{type(error).__name__}: {told_by_script(error)[:300]}"))
+    else:
+        checks.append(Check(name, ok=True, detail=detail))
+        return value
+    return None
+
+
+def _seen(check: Callable[[Subject], str], subject: Subject) -> tuple[bool, str]:
+    return True, check(subject)
+
+
+def _manifest(artefact: Path) -> tuple[Manifest, str]:
+    manifest = read_manifest(artefact)
+    if manifest.kind != KIND:
+        raise CheckFailed(f"is of kind {manifest.kind!r}, wanted {KIND!r}")
+    return manifest, f"{manifest.kind}, by {manifest.created_by}"
+
+
+def _files(artefact: Path, manifest: Manifest) -> tuple[dict[str, bytes], str]:
+    content, faults = check_files(artefact, manifest)
+    if faults:
+        raise CheckFailed("; ".join(faults))
+    return content, f"{len(content)} files, {sum(map(len, content.values())) / 1e6:.1f} MB, SHA-256 as in the manifest"
+
+
+def _subject(manifest: Manifest, content: dict[str, bytes]) -> tuple[Subject, str]:
+    tensors = safetensors.torch.load(content[GOLDEN])
+    specs = {f"input.{spec.name}": spec for spec in manifest.inputs}
+    specs |= {f"output.{spec.name}": spec for spec in manifest.outputs}
+    if tensors.keys() != specs.keys():
+        raise CheckFailed(f"{GOLDEN} holds {sorted(tensors)}, the manifest declares {sorted(specs)}")
+    batch = len(tensors[f"input.{manifest.inputs[0].name}"])
+    faults = [fault for name, spec in specs.items() if (fault := spec_fault(spec, tensors[name], batch))]
+    if faults:
+        raise CheckFailed("golden " + "; ".join(faults))
+    model = load_scripted(content[MODEL], torch.device("cpu"))
+    missing = [name for name in manifest.methods if not hasattr(model, name)]
+    if missing:
+        raise CheckFailed(f"{MODEL} has no {', '.join(missing)}")
+    inputs = tuple(tensors[f"input.{spec.name}"] for spec in manifest.inputs)
+    subject = Subject(manifest, model, inputs, tensors[f"output.{manifest.outputs[0].name}"])
+    return subject, f"{MODEL} loads; {batch} golden samples from {manifest.golden_source}"
+
+
+def _latency(subject: Subject, runs: int) -> str:
+    one = model_checks.latency_ms(subject, runs)
+    many = model_checks.candidates_latency_ms(subject, max(1, runs // 4))
+    threads = torch.get_num_threads()
+    return (
+        f"median {one:.1f} ms for one trajectory, {many:.1f} ms for {model_checks.CANDIDATES} candidates "
+        f"({1e3 / many:.1f} Hz) on {threads} CPU thread{'s' if threads > 1 else ''}"
+    )
