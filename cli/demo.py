@@ -12,6 +12,7 @@ def demo(
     out: Path = typer.Option(Path("demo-output"), "--out", help="Folder for everything; must be empty or absent."),
     seed: int = typer.Option(0, "--seed", min=0, help="Decides the recordings and the training."),
     episodes: int = typer.Option(6, "--episodes", min=3, help="Recordings to write."),
+    seconds: float = typer.Option(15.0, "--seconds", min=10.0, help="Length of each recording."),
     epochs: int = typer.Option(3, "--epochs", min=1, help="Epochs to train."),
 ) -> None:
     """Run the whole chain on generated recordings.
@@ -25,7 +26,7 @@ def demo(
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UsageError("is not an empty folder", where=out, cure="choose another with --out, or remove it")
     stages = _Stages()
-    _data_set(stages, out, seed, episodes)
+    _data_set(stages, out, seed, episodes, seconds)
     verified = _model(stages, out, seed, epochs)
     console().rule("Done", align="left")
     stages.print_table()
@@ -56,7 +57,7 @@ class _Stages:
         print_table(f"The whole chain in {total_s:.0f} s", ("stage", "what", "seconds", "output"), rows)
 
 
-def _data_set(stages: _Stages, out: Path, seed: int, episodes: int) -> None:
+def _data_set(stages: _Stages, out: Path, seed: int, episodes: int, seconds: float) -> None:
     from navtool.cli.check import check
     from navtool.cli.compose import compose
     from navtool.cli.console import console
@@ -71,7 +72,7 @@ def _data_set(stages: _Stages, out: Path, seed: int, episodes: int) -> None:
 
     with stages.stage("record", f"a careless robot drives {episodes} times", out / "recordings") as recordings:
         with counted("recordings", episodes) as advance:
-            paths = write_demo_recordings(recordings, seed=seed, episodes=episodes, progress=advance)
+            paths = write_demo_recordings(recordings, seed, episodes, seconds, advance)
         console().print("\n".join(f"{path} ({path.stat().st_size / 1e6:.1f} MB)" for path in paths), markup=False)
     with stages.stage("ingest", "recordings to a LeRobotDataset v3", out / "dataset") as dataset:
         job = ingest_job(None, ["place='{parent}'"])

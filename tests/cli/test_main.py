@@ -22,7 +22,7 @@ TREE = {
     "evaluate": ["source", "--data", "--split", "--out", "--json"],
     "export": ["run", "--out", "--overwrite"],
     "verify": ["artefact", "--latency-runs", "--json"],
-    "demo": ["--out", "--seed", "--episodes", "--epochs"],
+    "demo": ["--out", "--seed", "--episodes", "--seconds", "--epochs"],
 }
 
 
