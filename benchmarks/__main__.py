@@ -8,6 +8,7 @@ BENCHMARKS = {
     "help": "help.py",
     "agnn": "agnn.py",
     "reliability": "reliability.py",
+    "cloud_features": "cloud_reliability_auc.py",
 }
 
 
