@@ -6,10 +6,10 @@ from torch.utils.data import DataLoader, Dataset
 
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
-from navtool.train.frame_cache import FrameCache
+from navtool.train.row_cache import SampleCaches, fill_caches
 from navtool.train.sampler import EpochSampler
 from navtool.train.samples import Sample, SampleDataset
-from navtool.train.source import NavSource, column_or
+from navtool.train.source import NavSource
 from navtool.train.splits import Split, Splits
 from navtool.train.windows import WindowReport, Windows, plan_windows
 
@@ -43,7 +43,7 @@ class NavDataModule(pl.LightningDataModule):
         for split in (Split.train, Split.val, *([Split.test] if splits.test else [])):
             _check_samples(split, self.windows[split].report, least=2 if split is Split.train else 1)
         _check_image_size(source, splits.train[0], config)
-        self._cache: FrameCache | None = None
+        self._caches: SampleCaches | None = None
 
     @property
     def reports(self) -> dict[Split, WindowReport]:
@@ -51,11 +51,10 @@ class NavDataModule(pl.LightningDataModule):
         return {split: windows.report for split, windows in self.windows.items()}
 
     def setup(self, stage: str) -> None:
-        """Decode the camera frames that the cache holds."""
-        if stage == "fit" and self._cache is None:
-            seen = column_or(self._source, "valid.image", 0.0).astype(bool)
+        """Read the frames and clouds that the caches hold."""
+        if stage == "fit" and self._caches is None:
             rows = [*self.windows[Split.train].row.tolist(), *self.windows[Split.val].row.tolist()]
-            self._cache = FrameCache(self._source, [row for row in rows if seen[row]], self._config.data.cache_mib)
+            self._caches = fill_caches(self._source, rows, self._config.data.cache_mib)
 
     def train_dataloader(self) -> DataLoader[Sample]:
         """Batches of the training samples in the epoch's order."""
@@ -76,7 +75,7 @@ class NavDataModule(pl.LightningDataModule):
 
     def samples(self, split: Split) -> SampleDataset:
         """The samples of a split."""
-        return SampleDataset(self._source, self.windows[split], self._config.data, self._cache)
+        return SampleDataset(self._source, self.windows[split], self._config.data, self._caches)
 
     def _loader(self, dataset: SampleDataset, sampler: EpochSampler | None) -> DataLoader[Sample]:
         return sample_loader(dataset, self._config.trainer.batch_size, self._config.trainer.workers, sampler)

@@ -8,8 +8,8 @@ from torch import Tensor
 from torch.utils.data import Dataset
 
 from navtool.datasets.schema import CLOUD_SIZE
-from navtool.train.frame_cache import FrameCache
 from navtool.train.painter import painter_of
+from navtool.train.row_cache import SampleCaches
 from navtool.train.source import NavSource, column_or
 from navtool.train.windows import DataConfig, Windows
 
@@ -48,11 +48,11 @@ class SampleDataset(Dataset[Sample]):
     """
 
     def __init__(
-        self, source: NavSource, windows: Windows, config: DataConfig, cache: FrameCache | None = None
+        self, source: NavSource, windows: Windows, config: DataConfig, caches: SampleCaches | None = None
     ) -> None:
         self.windows = windows
         self._source = source
-        self._cache = cache
+        self._caches = caches
         self._history_steps = config.history_steps
         self._state = source.column("observation.state").astype(np.float32)
         self._image_valid, self._cloud_valid, self._r_img, self._r_point, self._count = (
@@ -79,7 +79,7 @@ class SampleDataset(Dataset[Sample]):
         blank = torch.zeros((3, painter.camera.height, painter.camera.width), dtype=torch.uint8)
         return Sample(
             image=self._image(row) if seen else blank,
-            points=torch.from_numpy(self._source.points(row).copy()) if scanned else torch.zeros((CLOUD_SIZE, 3)),
+            points=self._points(row) if scanned else torch.zeros((CLOUD_SIZE, 3)),
             point_count=torch.tensor(int(self._count[row]) if scanned else 0),
             velocity=torch.from_numpy(self._state[self.windows.history(index, self._history_steps)]),
             trajectory=torch.from_numpy(painter.draw(self._state[row]))[None],
@@ -90,5 +90,9 @@ class SampleDataset(Dataset[Sample]):
         )
 
     def _image(self, row: int) -> Tensor:
-        held = self._cache.get(row) if self._cache is not None else None
-        return torch.from_numpy(self._source.image(row)).permute(2, 0, 1) if held is None else held
+        held = self._caches.images.get(row) if self._caches is not None else None
+        return (torch.from_numpy(self._source.image(row)) if held is None else held).permute(2, 0, 1)
+
+    def _points(self, row: int) -> Tensor:
+        held = self._caches.clouds.get(row) if self._caches is not None else None
+        return torch.from_numpy(np.array(self._source.points(row))) if held is None else held

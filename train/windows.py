@@ -38,7 +38,7 @@ class DataConfig:
     """Width of the drawn trajectory in metres, above 0; None takes each recording's own from its calibration."""
 
     cache_mib: int = 1024
-    """Memory for decoded images, in MiB, >= 0. 1024 hold 4,660 images; those that do not fit are decoded anew."""
+    """Memory for clouds and decoded images, in MiB, >= 0. 1024 hold 3,060 rows; the others are read anew each epoch."""
 
     def __post_init__(self) -> None:
         if self.history_steps < 1:

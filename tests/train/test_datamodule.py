@@ -16,14 +16,14 @@ SPLITS = Splits(train=(0,), val=(1,), test=(2,))
 
 def config(workers: int = 0) -> TrainConfig:
     return TrainConfig(
-        model=GraspeConfig(image_height=24, image_width=32),
+        model=GraspeConfig(image_height=48, image_width=64),
         trainer=TrainerConfig(batch_size=8, workers=workers),
         seed=3,
     )
 
 
 def source() -> SyntheticSource:
-    return SyntheticSource(SyntheticConfig(rows=30, image_height=24, image_width=32))
+    return SyntheticSource(SyntheticConfig(rows=30, image_height=48, image_width=64))
 
 
 def module(settings: TrainConfig, data: SyntheticSource | None = None, first_epoch: int = 0) -> NavDataModule:
@@ -78,6 +78,6 @@ def test_unlabelled_data_say_how_to_label() -> None:
 def test_another_image_size_names_the_settings() -> None:
     settings = config()
     settings.model.image_height = 240
-    with pytest.raises(TrainError, match="32x24 pixels") as caught:
+    with pytest.raises(TrainError, match="64x48 pixels") as caught:
         module(settings)
-    assert caught.value.cure == "set model.image_width=32 and model.image_height=24"
+    assert caught.value.cure == "set model.image_width=64 and model.image_height=48"

@@ -1,12 +1,14 @@
 """What a sample holds, with and without a cache, in this process and in another."""
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import torch
 
+from navtool.datasets.reader import NavDataset
 from navtool.pipeline.geometry.trajectory_image import TrajectoryImageConfig, trajectory_image
-from navtool.train.frame_cache import FrameCache
+from navtool.train.row_cache import SampleCaches, fill_caches
 from navtool.train.samples import Sample, SampleDataset
 from navtool.train.synthetic import SyntheticConfig, SyntheticSource
 from navtool.train.windows import DataConfig, MissingModality, plan_windows
@@ -15,8 +17,8 @@ SMALL = SyntheticConfig(rows=30, image_height=24, image_width=32)
 CONFIG = DataConfig(history_steps=6)
 
 
-def samples(source: SyntheticSource, config: DataConfig = CONFIG, cache: FrameCache | None = None) -> SampleDataset:
-    return SampleDataset(source, plan_windows(source, [0, 1], config), config, cache)
+def samples(source: SyntheticSource, config: DataConfig = CONFIG, caches: SampleCaches | None = None) -> SampleDataset:
+    return SampleDataset(source, plan_windows(source, [0, 1], config), config, caches)
 
 
 def equal(a: Sample, b: Sample) -> bool:
@@ -59,15 +61,24 @@ def test_the_trajectory_is_that_of_the_rows_velocity() -> None:
     assert wide.trajectory.count_nonzero() > sample.trajectory.count_nonzero()
 
 
-def test_the_cache_changes_nothing_and_holds_what_fits() -> None:
-    source = SyntheticSource(SyntheticConfig(rows=30))  # 225 KiB an image
+def test_the_caches_change_nothing_and_hold_what_fits() -> None:
+    source = SyntheticSource(SyntheticConfig(rows=30))  # 117 KiB a cloud, 225 KiB an image
     plain = samples(source)
-    cache = FrameCache(source, plain.windows.row.tolist(), 2)
-    assert len(cache) == 9
-    held = samples(source, cache=cache)
+    caches = fill_caches(source, plain.windows.row.tolist(), 9)
+    assert (len(caches.clouds), len(caches.images)) == (60, 9)
+    assert caches.clouds.nbytes + caches.images.nbytes <= 9 * 2**20
+    held = samples(source, caches=caches)
     assert all(equal(plain[i], held[i]) for i in (0, 8, 9, 59))
-    assert len(FrameCache(source, plain.windows.row.tolist(), 0)) == 0
-    assert len(FrameCache(source, [], 2)) == 0
+    assert [len(cache) for cache in fill_caches(source, plain.windows.row.tolist(), 0)] == [0, 0]
+    assert [len(cache) for cache in fill_caches(source, [], 9)] == [0, 0]
+    assert [len(cache) for cache in fill_caches(source, plain.windows.row.tolist(), 1000)] == [60, 60]
+
+
+def test_rows_without_a_modality_are_not_held() -> None:
+    source = SyntheticSource(SMALL)
+    source.columns["valid.image"] = np.arange(len(source)) % 2 == 0
+    del source.columns["valid.lidar"]
+    assert [len(cache) for cache in fill_caches(source, list(range(10)), 10)] == [0, 5]
 
 
 def test_a_missing_modality_is_blank_and_unreliable() -> None:
@@ -89,3 +100,27 @@ def test_samples_survive_pickling() -> None:
     dataset = samples(SyntheticSource(SMALL))
     copy: SampleDataset = pickle.loads(pickle.dumps(dataset))  # noqa: S301 (our own bytes)
     assert equal(dataset[3], copy[3])
+
+
+def test_a_recorded_data_set_gives_the_windows_that_upstream_gives(labelled_dataset: Path) -> None:
+    source = NavDataset(labelled_dataset)
+    config = DataConfig()
+    dataset = SampleDataset(source, plan_windows(source, [0, 2], config), config)
+    state, outcome, known = (source.column(key) for key in ("observation.state", "label.outcome", "label.known"))
+    for index in (0, 30, len(dataset) - 4):
+        sample = dataset[index]
+        row = int(sample.row)
+        episode = source.episode_of(row)
+        past = np.clip(np.arange(row - 49, row + 1), episode.start, None)  # as LeRobot's delta_timestamps clamp
+        ahead = np.arange(row, row + 10)
+        inside = ahead < episode.stop
+        assert np.array_equal(sample.velocity.numpy(), state[past])
+        assert np.array_equal(sample.known.numpy(), known[row] & inside)
+        judged = sample.known.numpy()
+        assert np.array_equal(sample.target.numpy()[judged], outcome[ahead[judged]])
+        assert np.array_equal(sample.points.numpy(), source.points(row))
+        assert np.array_equal(sample.image.permute(1, 2, 0).numpy(), source.image(row))
+    assert sample.known.sum() < 10  # the last one reaches beyond its episode
+    assert sample.trajectory.any() or not state[row].any()
+    copy: SampleDataset = pickle.loads(pickle.dumps(dataset))  # noqa: S301 (our own bytes)
+    assert equal(copy[7], dataset[7])
