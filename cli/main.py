@@ -17,6 +17,9 @@ from navtool.cli.train import train
 from navtool.cli.verify import verify
 from navtool.pipeline.errors import NavtoolError
 
+INTERRUPTED = 130
+"""Exit code after Ctrl-C."""
+
 app = typer.Typer(
     name="navtool",
     help="From raw robot recordings to verified navigation models.",
@@ -61,9 +64,7 @@ def main() -> None:
 
         print_error(str(error))
         sys.exit(2 if isinstance(error, UsageError) else 1)
-    except KeyboardInterrupt:
-        print_error("interrupted; what was reported as done stays, run the same command again to go on")
-        sys.exit(130)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(1)
+    except SystemExit as left:
+        if left.code == INTERRUPTED:
+            print_error("interrupted; what was reported as done stays, run the same command again to go on")
+        raise

@@ -1,8 +1,10 @@
 """The command tree is a contract: frozen here, with its help, version, completion and exit codes."""
 
 import json
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ from typer.main import get_command
 
 from navtool.cli.arguments import split_overrides
 from navtool.cli.main import app, main
+from navtool.datasets.reader import NavDataset
 
 TREE = {
     "inspect": ["bag", "--robot", "--write-robot", "--json"],
@@ -142,3 +145,25 @@ def test_a_robot_file_comes_back(
     planned = navtool("ingest", bag, *options)
     assert planned.code == 0, planned.err
     assert json.loads(planned.out)["recordings"][0]["topics"]["lidar"] == "/points"
+
+
+def test_an_interrupted_ingest_says_so_and_leaves_nothing_half_written(
+    write_recording: Callable[..., Path], drive_entries: Callable[..., Any], tmp_path: Path
+) -> None:
+    bags = [write_recording("mcap", drive_entries(12.0, seed=seed), name=f"run-{seed}") for seed in range(3)]
+    out = tmp_path / "out"
+    navtool = str(Path(sys.executable).with_name("navtool"))
+    command = [navtool, "ingest", *map(str, bags), "--out", str(out)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
+        staging = out / "navtool" / "staging"
+        while process.poll() is None and not staging.exists():
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in said
+    assert "Traceback" not in said
+    assert not staging.exists()
+    done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
+    assert "3 episodes" in done.stdout or "skipped" in done.stderr
+    assert len(NavDataset(out).episodes) == 3
