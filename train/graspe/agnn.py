@@ -1,10 +1,12 @@
 """The attention-based graph network that turns the feature graph into success probabilities."""
 
+import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
 from navtool.train.layers.dense_gat import DenseGAT
 from navtool.train.layers.dense_gcn import DenseGCN
+from navtool.train.layers.first_weights import spread_relu, spread_sigmoid
 
 
 class Agnn(nn.Module):
@@ -24,6 +26,11 @@ class Agnn(nn.Module):
 
     Shape:
         f_vec: [B, N]; weights: [B, N, N] of `feature_graph`; result: [B, T] in (0, 1).
+
+    Note:
+        Node values lie in (0, 1): with PyG's zero bias the first layer would start linear, half of its channels dead
+        behind the ReLU. Its first biases put the kinks of the 16 channels between 0 and 1 instead, and all first
+        weights have ReLU's gain; a network started this way learns 32 samples by heart in half the steps.
     """
 
     def __init__(
@@ -47,6 +54,7 @@ class Agnn(nn.Module):
         self.decode = DenseGCN(channels * heads, channels)
         self.hidden = nn.Linear(nodes * channels, dense_hidden)
         self.out = nn.Linear(dense_hidden, horizon)
+        self._spread_first_weights()
 
     def forward(self, f_vec: Tensor, weights: Tensor) -> Tensor:
         """Return the probability of success at each step."""
@@ -56,3 +64,11 @@ class Agnn(nn.Module):
         x = functional.relu(self.hidden(x.flatten(1)))
         probability: Tensor = self.out(x).sigmoid()
         return probability
+
+    def _spread_first_weights(self) -> None:
+        for layer in (self.encode.lin, self.attend.lin, self.decode.lin, self.hidden):
+            spread_relu(layer)
+        spread_sigmoid(self.out)
+        with torch.no_grad():
+            kinks = torch.rand_like(self.encode.bias)
+            self.encode.bias.copy_(-kinks * self.encode.lin.weight[:, 0])

@@ -14,11 +14,11 @@ class GraspeConfig:
     horizon: int = 10
     """Predicted steps T, at least 1."""
     history: int = 50
-    """Steps of the velocity history, at least 19 (what the four dilated convolutions span)."""
+    """Steps of the velocity history, at least 20: below that the dilated convolutions skip some."""
     image_height: int = 240
-    """Height of the camera and the trajectory image, px, at least 24."""
+    """Height of the camera and the trajectory image, px, at least 48."""
     image_width: int = 320
-    """Width of the camera and the trajectory image, px, at least 24."""
+    """Width of the camera and the trajectory image, px, at least 48."""
     v_max_mps: float = 2.0
     """Linear velocity that is scaled to 1, above 0."""
     omega_max_radps: float = 2.0
@@ -66,9 +66,9 @@ class GraspeConfig:
             f"{name}={value} must be at least {least}"
             for name, value, least in (
                 ("horizon", self.horizon, 1),
-                ("history", self.history, 19),
-                ("image_height", self.image_height, 24),
-                ("image_width", self.image_width, 24),
+                ("history", self.history, 20),
+                ("image_height", self.image_height, 48),
+                ("image_width", self.image_width, 48),
                 ("cbam_reduction", self.cbam_reduction, 1),
                 ("velocity_channels", self.velocity_channels, 1),
                 ("graph_channels", self.graph_channels, 1),

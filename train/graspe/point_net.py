@@ -1,5 +1,6 @@
 """The LiDAR encoder: PointNet over the valid points of each cloud."""
 
+from itertools import pairwise
 from typing import Final
 
 import torch
@@ -41,10 +42,9 @@ class PointEncoder(nn.Module):
 
     def __init__(self, channels: int, widths: list[int]) -> None:
         super().__init__()
-        self.shared = nn.ModuleList(
-            PointLinear(before, after) for before, after in zip([channels, *widths[:-2]], widths[:-1], strict=True)
-        )
-        self.last = PointLinear(([channels, *widths])[len(widths) - 1], widths[-1])
+        *shared, last = pairwise([channels, *widths])
+        self.shared = nn.ModuleList(PointLinear(before, after) for before, after in shared)
+        self.last = PointLinear(*last)
 
     def forward(self, x: Tensor, counts: list[int]) -> Tensor:
         """Return one vector for each cloud."""
@@ -99,7 +99,7 @@ class PointNet(nn.Module):
         if input_transform:
             self.turn_input = TransformNet(3, transform_widths, transform_hidden)
         before = widths[:2] if feature_transform else []
-        self.before = nn.ModuleList(PointLinear(a, b) for a, b in zip([3, *before], before, strict=False))
+        self.before = nn.ModuleList(PointLinear(a, b) for a, b in pairwise([3, *before]))
         if feature_transform:
             self.turn_features = TransformNet(before[-1], transform_widths, transform_hidden)
         self.encoder = PointEncoder(before[-1] if before else 3, widths[len(before) :])

@@ -2,6 +2,8 @@
 
 from torch import Tensor, nn
 
+from navtool.train.layers.first_weights import spread_relu, spread_sigmoid
+
 KERNELS = (3, 2, 2)
 POOLS = (4, 2, 2)
 
@@ -36,6 +38,8 @@ class TrajectoryNet(nn.Module):
             before = after
         self.convolutions = nn.Sequential(*layers)
         self.dense = nn.Linear(before * height * width, features)
+        spread_relu(self.convolutions)
+        spread_sigmoid(self.dense)
 
     def forward(self, trajectory: Tensor) -> Tensor:
         """Return the feature vectors."""

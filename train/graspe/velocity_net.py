@@ -3,6 +3,8 @@
 import torch
 from torch import Tensor, nn
 
+from navtool.train.layers.first_weights import spread_relu, spread_sigmoid
+
 KERNEL = 3
 DILATIONS = (3, 2, 2, 2)
 
@@ -14,7 +16,7 @@ class VelocityNet(nn.Module):
 
     Args:
         features: Size of the feature vector.
-        history: Steps of the history, at least 19.
+        history: Steps of the history, at least 20 (the four convolutions span 19, with two gaps).
         channels: Of each convolution.
         v_max_mps: Linear velocity that is scaled to 1.
         omega_max_radps: Angular velocity that is scaled to 1.
@@ -49,6 +51,8 @@ class VelocityNet(nn.Module):
         self.convolutions = nn.Sequential(*layers)
         steps = history - (KERNEL - 1) * sum(DILATIONS)
         self.dense = nn.Linear(channels * steps, features)
+        spread_relu(self.convolutions)
+        spread_sigmoid(self.dense)
 
     def forward(self, velocity: Tensor) -> Tensor:
         """Return the feature vectors."""

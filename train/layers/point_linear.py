@@ -75,6 +75,8 @@ class PointLinear(nn.Module):
 
     def _winners(self, points: Tensor, weight: Tensor) -> Tensor:
         """Return for each output channel the index of the point with the largest value, [out]."""
+        if points.shape[0] <= self.chunk:
+            return functional.linear(points, weight).argmax(dim=0)
         missing = -points.shape[0] % self.block
         padded = points if missing == 0 else torch.cat([points, points[:1].expand(missing, -1)])
         # Maxima of blocks are cheap (a vectorised pass over values still in the cache), an argmax of all is not.
