@@ -133,6 +133,6 @@ class Graspe(nn.Module):
             raise TrainError("no such file of pretrained image weights", where=path, cure=cure)
         try:
             self.image_net.load_backbone(torch.load(path, map_location="cpu", weights_only=True))
-        except (pickle.UnpicklingError, RuntimeError, AttributeError, EOFError) as error:
-            first = str(error).strip().splitlines()[0]
+        except (pickle.UnpicklingError, RuntimeError, AttributeError, EOFError, OSError) as error:
+            first = (str(error).strip() or "the file is empty").splitlines()[0]
             raise TrainError(f"not a ResNet18 state dict: {first}", where=path, cure=cure) from error
