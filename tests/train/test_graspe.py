@@ -49,9 +49,7 @@ def raw_inputs(seed: int = 1) -> Inputs:
 
 def many_trajectories() -> Tensor:
     generator = torch.Generator().manual_seed(7)
-    shape = (jit: Any = torch.jit  # parts of it carry no types
-
-BATCH, CANDIDATES, 1, HEIGHT, WIDTH)
+    shape = (BATCH, CANDIDATES, 1, HEIGHT, WIDTH)
     return torch.randint(0, 2, shape, generator=generator, dtype=torch.uint8) * 255
 
 
