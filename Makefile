@@ -8,6 +8,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 ONLY ?=
+# a process a core, each with one thread: two threads on a busy core wait for each other
+PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile
 # uv where it works already, else a private one
 UV = $(shell uv --version >/dev/null 2>&1 && echo uv || echo .uv/bin/uv)
 
@@ -36,10 +38,10 @@ check: setup ## format, lint, types and import contracts
 	PYTHONPATH=.check $(BIN)/lint-imports
 
 test: setup ## the quick tests
-	$(BIN)/python -m pytest -m "not slow"
+	$(PYTEST) -m "not slow"
 
 test-all: setup ## every test
-	$(BIN)/python -m pytest
+	$(PYTEST)
 
 bench: setup ## benchmarks; ONLY=name runs one
 	$(BIN)/python -m benchmarks $(ONLY)

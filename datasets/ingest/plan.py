@@ -144,7 +144,7 @@ def _grid(
         if name in scan.streams:
             times = _times(scan, name)
             stamps = times[name].stamps_ns
-            ticks = grid_ticks(int(stamps[0]), int(stamps[-1]), fps)
+            ticks = _from_first_state(grid_ticks(int(stamps[0]), int(stamps[-1]), fps), times.get("odometry"))
             if ticks.size >= MIN_ROWS:
                 return name, times, ticks
             spans.append(f"{name} spans {(stamps[-1] - stamps[0]) * 1e-9:.3f} s")
@@ -152,6 +152,16 @@ def _grid(
         raise DatasetsError(_nothing_usable(recording, topics), where=recording.path, cure=_CURE_NOTHING)
     what = f"{', '.join(spans)}: less than two ticks at {fps} Hz"
     raise DatasetsError(what, where=recording.path, cure="record longer, or raise fps=")
+
+
+def _from_first_state(ticks: Int64[Array, " n"], odometry: StreamTime | None) -> Int64[Array, " m"]:
+    """The ticks from the first measured speed on: a row before it would spoil the history of the 49 that follow.
+
+    What was recorded before is counted as outside the grid. An odometry that begins after the last tick has no say.
+    """
+    if odometry is None or odometry.stamps_ns[0] > ticks[-1]:
+        return ticks
+    return ticks[ticks >= odometry.stamps_ns[0]]
 
 
 def _times(scan: Scan, grid_stream: str) -> dict[str, StreamTime]:

@@ -25,7 +25,7 @@ def navtool() -> Callable[..., Outcome]:
 
     def run(*arguments: object, cwd: Path | None = None) -> Outcome:
         command = [str(Path(sys.executable).with_name("navtool")), *map(str, arguments)]
-        environment = os.environ | {"OMP_NUM_THREADS": "2", "COLUMNS": "160"}
+        environment = os.environ | {"COLUMNS": "160"}
         done = subprocess.run(  # noqa: S603
             command, capture_output=True, text=True, check=False, timeout=600, cwd=cwd, env=environment
         )

@@ -60,6 +60,7 @@ def test_a_sweep_leaves_runs_and_one_summary(navtool: Callable[..., Any], small_
         }
 
 
+@pytest.mark.slow
 def test_launchers_plug_in(navtool: Callable[..., Any], small_dataset: Path, tmp_path: Path) -> None:
     out = tmp_path / "sweep"
     launcher = ("hydra/launcher=joblib", "hydra.launcher.n_jobs=1")

@@ -255,3 +255,16 @@ def test_foreign_folders_and_other_versions_are_refused(
     for work in (lambda: _ingest([path], out), lambda: NavDataset(out), lambda: check_dataset(out)):
         with pytest.raises(DatasetsError, match="schema version 99"):
             work()
+
+
+def test_rows_begin_with_the_first_measured_speed(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
+    entries = drive_entries()
+    late = [entry for entry in entries if entry[0] != "/odom" or entry[2] - entries[0][2] > 450_000_000]
+    out = tmp_path / "out"
+    report = _ingest([write_recording("mcap", late)], out)
+    dataset = NavDataset(out)
+    assert len(dataset) == 25
+    assert dataset.column("valid.state").all()
+    assert report.dropped["image: outside the grid"] > 0
+    frames = dataset.column("sync.error_s.image")
+    assert np.abs(frames).max() < 0.04, "the ticks keep the camera's phase"
