@@ -40,8 +40,8 @@ check: setup ## format, lint, types and import contracts
 test: setup ## the quick tests
 	$(PYTEST) -m "not slow"
 
-test-all: setup ## every test
-	$(PYTEST)
+test-all: setup ## every test, the properties on new examples each time
+	NAVTOOL_EXPLORE=1 $(PYTEST)
 
 bench: setup ## benchmarks; ONLY=name runs one
 	$(BIN)/python -m benchmarks $(ONLY)

@@ -4,12 +4,18 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 from jaxtyping import install_import_hook
 
 pytest_plugins = ("recording_factory", "drive_factory", "composed_factory")
 
 # Before any of the modules is imported: every jaxtyping signature below is checked by beartype.
 install_import_hook(["navtool.pipeline", "navtool.datasets", "navtool.sim"], "beartype.beartype")
+
+# The same code passes or fails the same way each time; NAVTOOL_EXPLORE=1 looks for new counterexamples.
+settings.register_profile("repeatable", derandomize=True)
+if "NAVTOOL_EXPLORE" not in os.environ:
+    settings.load_profile("repeatable")
 
 
 @pytest.fixture(scope="session")
