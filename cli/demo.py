@@ -12,8 +12,8 @@ def demo(
     out: Path = typer.Option(Path("demo-output"), "--out", help="Folder for everything; must be empty or absent."),
     seed: int = typer.Option(0, "--seed", min=0, help="Decides the recordings and the training."),
     episodes: int = typer.Option(6, "--episodes", min=3, help="Recordings to write."),
-    seconds: float = typer.Option(15.0, "--seconds", min=10.0, help="Length of each recording."),
-    epochs: int = typer.Option(3, "--epochs", min=1, help="Epochs to train."),
+    seconds: float = typer.Option(12.0, "--seconds", min=10.0, help="Length of each recording."),
+    epochs: int = typer.Option(2, "--epochs", min=1, help="Epochs to train."),
 ) -> None:
     """Run the whole chain on generated recordings.
 

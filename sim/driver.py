@@ -71,8 +71,6 @@ class Driver:
                 self.mode = Mode.CRUISE
                 self._choose_leg(time_s, state, mischief=0.0)
                 self._last = self._pursue(time_s, state, over=False)
-            case _:
-                pass
         return self._last
 
     def _enter(self, mode: Mode, time_s: float, shortest_s: float, longest_s: float) -> None:
