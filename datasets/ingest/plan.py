@@ -161,7 +161,8 @@ def _from_first_state(ticks: Int64[Array, " n"], odometry: StreamTime | None) ->
     """
     if odometry is None or odometry.stamps_ns[0] > ticks[-1]:
         return ticks
-    return ticks[ticks >= odometry.stamps_ns[0]]
+    kept: Array = ticks[ticks >= odometry.stamps_ns[0]]
+    return kept
 
 
 def _times(scan: Scan, grid_stream: str) -> dict[str, StreamTime]:
