@@ -28,7 +28,7 @@ def test_features_are_in_the_open_unit_interval(height: int, width: int) -> None
 
 
 def test_has_the_papers_kernels_and_poolings() -> None:
-    layers = list(net().convolutions)
+    layers = list(net().modules())
     assert [layer.kernel_size for layer in layers if isinstance(layer, nn.Conv2d)] == [(3, 3), (2, 2), (2, 2)]
     assert sum(isinstance(layer, nn.AvgPool2d) for layer in layers) == 3
 
@@ -40,7 +40,7 @@ def test_a_shift_by_one_pixel_is_seen() -> None:
 
 def test_white_is_one_and_black_is_zero() -> None:
     encoder = net()
-    as_unit = encoder.dense(encoder.convolutions((swath(100) > 0).float()).flatten(1)).sigmoid()
+    as_unit = encoder.dense(encoder.convolutions(encoder.shrink((swath(100) > 0).float())).flatten(1)).sigmoid()
     torch.testing.assert_close(encoder(swath(100)), as_unit)
 
 

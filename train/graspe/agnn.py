@@ -29,8 +29,8 @@ class Agnn(nn.Module):
 
     Note:
         Node values lie in (0, 1): with PyG's zero bias the first layer would start linear, half of its channels dead
-        behind the ReLU. Its first biases put the kinks of the 16 channels between 0 and 1 instead, and all first
-        weights have ReLU's gain; a network started this way learns 32 samples by heart in half the steps.
+        behind the ReLU. Its first biases put the kinks of its channels between 0 and 1 instead, and all first weights
+        have ReLU's gain.
     """
 
     def __init__(

@@ -36,13 +36,14 @@ class TrajectoryNet(nn.Module):
             layers += [nn.AvgPool2d(pool), nn.Conv2d(before, after, kernel), nn.ReLU()]
             height, width = height // pool - kernel + 1, width // pool - kernel + 1
             before = after
-        self.convolutions = nn.Sequential(*layers)
+        self.shrink = layers[0]
+        self.convolutions = nn.Sequential(*layers[1:])
         self.dense = nn.Linear(before * height * width, features)
         spread_relu(self.convolutions)
         spread_sigmoid(self.dense)
 
     def forward(self, trajectory: Tensor) -> Tensor:
         """Return the feature vectors."""
-        x = trajectory.to(self.dense.weight.dtype) / 255.0
+        x = self.shrink(trajectory.to(self.dense.weight.dtype)) / 255.0  # scaled where it has become small
         features: Tensor = self.dense(self.convolutions(x).flatten(1)).sigmoid()
         return features

@@ -50,7 +50,7 @@ class PointLinear(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         """Return each point's new channels."""
         weight, bias = self.folded(x)
-        return functional.relu(functional.linear(x, weight, bias))
+        return functional.linear(x, weight, bias).relu_()
 
     def max_over_points(self, x: Tensor, counts: list[int]) -> Tensor:
         """Return the largest value of each channel over the points of each sample, [B, out_channels].
