@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float64
 
 from navtool.pipeline.arrays import Array
 
-_ARC_SHARES = np.array([0.25, 0.5, 0.75])
+_ARC_SHARES = np.arange(1, 8) / 8
 
 
 def clip_to_half_space(
@@ -38,8 +38,8 @@ def clip_to_disc(
     """The parts of convex polygons within a disc about the origin, and the mask of those with a part left.
 
     Note:
-        Where the outline follows the circle, four chords replace the arc. A polygon none of whose edges enters the disc
-        is left out even if it contains the disc.
+        Where the outline follows the circle, eight chords replace the arc. A polygon none of whose edges enters the
+        disc is left out even if it contains the disc.
     """
     inside = np.hypot(polygons[..., 0], polygons[..., 1]) <= radius
     if inside.all():

@@ -62,8 +62,8 @@ def test_disc_cuts_along_the_arc(x: float, y: float, size: float) -> None:
     step = np.linspace(-size, size, 401)[:-1] + size / 400
     sampled = (np.hypot(x + step[:, None], y + step) <= 1.0).mean() * (2 * size) ** 2
     cut, _ = clip_to_disc(polygon[None], 1.0)
-    # Four chords in a half circle lose 0.16, and add nothing.
-    assert sampled - 0.17 <= areas(cut).sum() <= sampled + 0.01
+    # Eight chords in a half circle lose 0.04, and add nothing.
+    assert sampled - 0.05 <= areas(cut).sum() <= sampled + 0.01
 
 
 def test_the_arc_goes_the_long_way_where_it_must() -> None:
@@ -72,9 +72,9 @@ def test_the_arc_goes_the_long_way_where_it_must() -> None:
     cut, kept = clip_to_disc(np.stack([below, below[::-1]]), 1.0)
     assert kept.all()
     exact = np.pi - (np.pi / 3 - np.sqrt(3) / 4)
-    inscribed = 4 * np.sin(np.pi / 3) / 2 + np.sqrt(3) / 4  # four chords of 60 degrees, and the triangle to the line
+    inscribed = 8 * np.sin(np.pi / 6) / 2 + np.sqrt(3) / 4  # eight chords of 30 degrees, and the triangle to the line
     np.testing.assert_allclose(areas(cut), inscribed, rtol=1e-9)
-    assert inscribed > 0.8 * exact
+    assert inscribed > 0.96 * exact
 
 
 def test_a_quarter_disc_is_nearly_whole() -> None:
