@@ -200,6 +200,7 @@ def _plan_only(path: Path, robot: RobotConfig, config: IngestConfig, advance: Ca
 
 
 def _add_episode(store: Store, job: _Job) -> EpisodeSummary:
+    store.clear()  # what a recording that failed in its second pass had staged is not this one's
     fixed = None if store.description is None else store.description.contents
     staged = EpisodeFolder(store.layout.staging, Numbering(store.episodes, store.rows))
     try:
@@ -272,21 +273,32 @@ def _settings_hash(robot: RobotConfig, config: IngestConfig) -> str:
 def _skip(report: IngestReport, path: Path, entry: dict[str, Any], robot: RobotConfig, config: IngestConfig) -> None:
     if entry["config_hash"] != _settings_hash(robot, config):
         raise DatasetsError(
-            "is in the data set already, made with other settings",
+            "is in the data set already, read with another robot configuration",
             where=path,
-            cure="use the same settings to append, or ingest into another folder",
+            cure="use the same robot to append, or ingest into another folder",
         )
     report.skipped.append(source_name(path))
 
 
 def _refuse_other_settings(store: Store, config: IngestConfig) -> None:
-    there = store.description
-    if there is not None and there.fps != config.fps:
+    """One data set has one rate, one set of tolerances, one way to thin clouds and to judge reliability."""
+    if store.description is None:
+        return
+    there, asked = _flat(store.description.ingest), _flat(plain(config))
+    other = [key for key in asked if key != "place" and there.get(key) != asked[key]]
+    if other:
         raise DatasetsError(
-            f"the data set has {there.fps} fps, asked for {config.fps}",
+            "; ".join(f"the data set has {key}={there.get(key)}, asked for {asked[key]}" for key in other),
             where=store.layout.root,
-            cure=f"use fps={there.fps}, or ingest into another folder",
+            cure=f"use {' '.join(f'{key}={there.get(key)}' for key in other)}, or ingest into another folder",
         )
+
+
+def _flat(value: object, prefix: str = "") -> dict[str, object]:
+    """Nested settings by their dotted keys."""
+    if not isinstance(value, dict):
+        return {prefix.removesuffix("."): value}
+    return {key: leaf for name, entry in value.items() for key, leaf in _flat(entry, f"{prefix}{name}.").items()}
 
 
 def _refuse_other_contents(fixed: Contents, plan: EpisodePlan, *, allow_missing: bool) -> None:

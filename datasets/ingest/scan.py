@@ -101,7 +101,11 @@ def scan_recording(
 
 
 def _add_stamp(stream: StreamScan, recording: Recording, raw: RawMessage) -> None:
-    stamp = recording.header_stamp_ns(raw)
+    try:
+        stamp = recording.header_stamp_ns(raw)
+    except DatasetsError as error:
+        _count_fault(stream, error)
+        stamp = 0  # keeps its place: the second pass counts messages in the order of record
     stream.header_ns.append(NO_STAMP if stamp is None else stamp)
     stream.record_ns.append(raw.record_ns)
     if stream.frame_id == "" and stream.native_size is None and stream.undecodable < _TRIES:

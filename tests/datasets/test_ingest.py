@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
 
 from navtool.datasets.check import check_dataset
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.episode import write_episode
 from navtool.datasets.ingest.ingest import IngestReport, ingest
 from navtool.datasets.ingest.store import open_store
 from navtool.datasets.lineage import file_sha256
@@ -117,10 +120,16 @@ def test_later_commands_append_and_known_recordings_are_skipped(
     assert len(again.skipped) == 1
     assert again.rows == 30
     assert _hashes(both) == _hashes(grown)
-    with pytest.raises(DatasetsError, match="other settings"):
-        _ingest([first], grown, config=IngestConfig(voxel_m=0.2))
-    with pytest.raises(DatasetsError, match="10 fps, asked for 5"):
-        _ingest([first], grown, config=IngestConfig(fps=5))
+    third = write_recording("mcap", drive_entries(seed=3), name="run-11")
+    for paths in ([first], [third]):
+        with pytest.raises(DatasetsError, match=r"voxel_m=0.05, asked for 0.2"):
+            _ingest(paths, grown, config=IngestConfig(voxel_m=0.2))
+        with pytest.raises(DatasetsError, match=r"fps=10, asked for 5"):
+            _ingest(paths, grown, config=IngestConfig(fps=5))
+    with pytest.raises(DatasetsError, match="another robot"):
+        _ingest([first], grown, robot=RobotConfig(width_m=0.9))
+    assert _hashes(both) == _hashes(grown)
+    assert _ingest([third], grown, config=IngestConfig(place="elsewhere")).rows == 30
 
 
 def test_a_recording_that_lacks_streams_is_refused_or_marked(
@@ -268,3 +277,49 @@ def test_rows_begin_with_the_first_measured_speed(write_recording: Write, drive_
     assert report.dropped["image: outside the grid"] > 0
     frames = dataset.column("sync.error_s.image")
     assert np.abs(frames).max() < 0.04, "the ticks keep the camera's phase"
+
+
+def test_a_recording_that_fails_late_leaves_nothing_to_the_next(
+    write_recording: Write, drive_entries: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = write_recording("mcap", drive_entries(seed=1), name="a")
+    rest = ("image", "lidar", "odometry", "imu", "joints", "battery", "tf")
+    second = write_recording("mcap", drive_entries(seed=2, streams=rest), name="b")
+
+    def fail_once(*arguments: Any) -> None:
+        write_episode(*arguments)
+        monkeypatch.undo()
+        raise DatasetsError("the second reading failed")
+
+    monkeypatch.setattr("navtool.datasets.ingest.ingest.write_episode", fail_once)
+    report = _ingest([first, second], tmp_path / "out")
+    assert [entry.reason for entry in report.quarantined] == ["the second reading failed"]
+    streams = NavDataset(tmp_path / "out").layout.episode(0) / "streams"
+    assert not (streams / "command.parquet").exists()
+    assert not (streams / "intervention.parquet").exists()
+    assert (streams / "odometry.parquet").exists()
+
+
+def test_a_message_cut_within_its_header_costs_that_message_alone(
+    recording_writer: Callable[..., Path], drive_entries: Drive, tmp_path: Path
+) -> None:
+    path = recording_writer(tmp_path, "mcap_unchunked", drive_entries(), "whole")
+    out = tmp_path / "out"
+    with path.open("rb") as source, (tmp_path / "cut.mcap").open("wb") as target:
+        writer = Writer(target)
+        writer.start(profile="ros2")
+        channels: dict[int, int] = {}
+        for number, (schema, channel, message) in enumerate(make_reader(source).iter_messages()):
+            assert schema is not None
+            if channel.id not in channels:
+                kept = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, kept)
+            data = message.data[:6] if channel.topic == "/points" and number % 5 == 0 else message.data
+            writer.add_message(channels[channel.id], message.log_time, data, message.publish_time)
+        writer.finish()
+    report = _ingest([tmp_path / "cut.mcap"], out)
+    assert report.quarantined == []
+    lost = int((~NavDataset(out).column("valid.lidar")).sum())
+    assert 0 < lost < 15
+    assert report.dropped["lidar: no stamp"] > 0
+    assert check_dataset(out).passed
