@@ -316,7 +316,7 @@ def test_a_message_cut_within_its_header_costs_that_message_alone(
                 channels[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, kept)
             data = message.data[:6] if channel.topic == "/points" and number % 5 == 0 else message.data
             writer.add_message(channels[channel.id], message.log_time, data, message.publish_time)
-        writer.finish()
+        writer.finish()  # type: ignore[no-untyped-call]
     report = _ingest([tmp_path / "cut.mcap"], out)
     assert report.quarantined == []
     lost = int((~NavDataset(out).column("valid.lidar")).sum())
