@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
-    from navtool.datasets.ingest.ingest import IngestReport
+    from navtool.datasets.ingest.report import IngestReport
 
 
 def ingest(
@@ -15,6 +15,7 @@ def ingest(
     ),
     out: Path = typer.Option(..., "--out", help="Folder of the data set; made, or appended to.", show_default=False),
     robot: str | None = typer.Option(None, "--robot", help="Robot preset, or a file as `inspect --write-robot` saves."),
+    workers: int = typer.Option(1, "--workers", min=1, help="Processes that read at the same time."),
     dry_run: bool = typer.Option(False, "--dry-run", help="Read and plan everything, write nothing."),
     allow_missing: bool = typer.Option(False, "--allow-missing", help="Take recordings that lack some streams."),
     as_json: bool = typer.Option(False, "--json", help="Print JSON."),
@@ -38,6 +39,7 @@ def ingest(
             out,
             job.robot,
             job.config(),
+            workers=workers,
             dry_run=dry_run,
             allow_missing=allow_missing,
             progress=progress,

@@ -8,9 +8,11 @@ from typing import Self
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
+_TELL_EVERY = 1 << 22
+
 
 class IngestProgress:
-    """Draws how far ingest is in the recording at hand."""
+    """Draws how far ingest is."""
 
     def __init__(self) -> None:
         self._bar = Progress(
@@ -22,17 +24,25 @@ class IngestProgress:
             transient=True,
         )
         self._task: TaskID | None = None
+        self._recordings = 0
+        self._untold = 0
 
-    def recording(self, number: int, total: int, name: str, size_bytes: int) -> None:
-        """Begin the bar of the next recording; its bytes pass twice."""
-        if self._task is not None:
-            self._bar.remove_task(self._task)
-        self._task = self._bar.add_task(f"{number + 1}/{total} {name}", total=2 * max(size_bytes, 1))
+    def begin(self, recordings: int, size_bytes: int) -> None:
+        """Begin the bar; every byte passes three times: hashed, planned, read."""
+        self._recordings = recordings
+        self._task = self._bar.add_task(f"0/{recordings} recordings", total=3 * max(size_bytes, 1))
 
     def advance(self, read_bytes: int) -> None:
-        """Move the bar."""
+        """Move the bar, not more often than it is drawn."""
+        self._untold += read_bytes
+        if self._task is not None and self._untold > _TELL_EVERY:
+            self._bar.advance(self._task, self._untold)
+            self._untold = 0
+
+    def done(self, recordings: int, name: str) -> None:
+        """Say which recording was finished last."""
         if self._task is not None:
-            self._bar.advance(self._task, read_bytes)
+            self._bar.update(self._task, description=f"{recordings}/{self._recordings} recordings, {name}")
 
     def __enter__(self) -> Self:
         self._bar.start()

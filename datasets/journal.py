@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from navtool.datasets.files import read_json, write_json
 from navtool.datasets.layout import Layout
 
 _SUFFIX = ".new"
-_STAGED_IN = ("data", "meta", "navtool")
+_STAGED_IN = ("data", "meta", "navtool", "videos")
 _CURE = "check the disk's space and the folder's rights, then run the command again"
 
 
@@ -24,16 +25,19 @@ def journal_path(root: Path) -> Path:
     return Layout(root).beside / "journal.json"
 
 
-def commit(root: Path, targets: Sequence[Path], step: Callable[[int], None] | None = None) -> None:
-    """Replace each target by its staged file. The caller holds the data set's lock.
+def commit(
+    root: Path, targets: Sequence[Path], step: Callable[[int], None] | None = None, *, remove: Sequence[Path] = ()
+) -> None:
+    """Replace each target by its staged file or folder. The caller holds the data set's lock.
 
     The journal's appearance is the one moment that counts: stopped before it, nothing has changed; stopped after it,
     ``recover`` finishes the step.
 
     Args:
         root: The data set.
-        targets: Files of the data set, each with a complete staged file.
+        targets: Files or folders of the data set, each with its complete staged counterpart.
         step: Called with the number of replaced files so far, before each and at the end.
+        remove: Files of the data set that do not hold any more.
 
     Raises:
         OutputError: If a file cannot be written.
@@ -43,7 +47,11 @@ def commit(root: Path, targets: Sequence[Path], step: Callable[[int], None] | No
             _sync(staged(target))
         for folder in {target.parent for target in targets}:
             _sync(folder)
-        write_json(journal_path(root), {"files": [target.relative_to(root).as_posix() for target in targets]})
+        names = {"files": targets, "remove": remove}
+        write_json(
+            journal_path(root),
+            {key: [path.relative_to(root).as_posix() for path in paths] for key, paths in names.items()},
+        )
         _sync(journal_path(root).parent)
     except OSError as error:
         raise OutputError(f"cannot be written ({error.strerror})", where=root, cure=_CURE) from error
@@ -81,35 +89,45 @@ def finish(root: Path, step: Callable[[int], None] | None = None) -> bool:
     pending = journal.exists()
     try:
         if pending:
-            targets = _targets(root)
+            targets, removed = _targets(root)
             for number, target in enumerate(targets):
                 announce(number)
                 if staged(target).exists():
+                    if target.is_dir():
+                        shutil.rmtree(target)
                     staged(target).replace(target)
+            for path in removed:
+                path.unlink(missing_ok=True)
             announce(len(targets))
             for parent in {target.parent for target in targets}:
                 _sync(parent)
             journal.unlink()
             _sync(journal.parent)
         for folder in _STAGED_IN:
-            for left in (root / folder).rglob(f"*{_SUFFIX}"):
-                left.unlink()
+            for left in list((root / folder).rglob(f"*{_SUFFIX}")):
+                if left.is_dir():
+                    shutil.rmtree(left)
+                else:
+                    left.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(f"cannot be written ({error.strerror})", where=root, cure=_CURE) from error
     return pending
 
 
-def _targets(root: Path) -> list[Path]:
-    names = read_json(journal_path(root), "restore the data set from a copy").get("files")
+def _targets(root: Path) -> tuple[list[Path], list[Path]]:
+    """What the journal says is replaced, and what is removed."""
+    content = read_json(journal_path(root), "restore the data set from a copy")
+    names, gone = content.get("files"), content.get("remove", [])
     targets = [root / str(name) for name in names] if isinstance(names, list) else []
-    outside = [target for target in targets if not target.resolve().is_relative_to(root.resolve())]
+    removed = [root / str(name) for name in gone] if isinstance(gone, list) else []
+    outside = [path for path in (*targets, *removed) if not path.resolve().is_relative_to(root.resolve())]
     if not targets or outside:
         raise DatasetsError(
             f"names {outside[0]}, outside of the data set" if outside else "names no files",
             where=journal_path(root),
             cure="restore the data set from a copy",
         )
-    return targets
+    return targets, removed
 
 
 def _sync(path: Path) -> None:

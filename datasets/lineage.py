@@ -3,7 +3,7 @@
 import dataclasses
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from functools import cache
 from importlib.metadata import version
@@ -16,28 +16,43 @@ from navtool.datasets.errors import DatasetsError
 _PACKAGES = ("cli", "configs", "datasets", "export", "pipeline", "sim", "train")
 
 
-def file_sha256(path: Path) -> str:
-    """The SHA-256 of a file's bytes in hexadecimal, read in bounded memory."""
+_PIECE_BYTES = 1 << 22
+
+
+def file_sha256(path: Path, advance: Callable[[int], None] | None = None) -> str:
+    """The SHA-256 of a file's bytes in hexadecimal, read in bounded memory.
+
+    Args:
+        advance: Called with the number of bytes of each piece read.
+    """
+    digest = hashlib.sha256()
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        with path.open("rb", buffering=0) as file:
+            buffer = bytearray(_PIECE_BYTES)
+            view = memoryview(buffer)
+            while size := file.readinto(buffer):
+                digest.update(view[:size])
+                if advance is not None:
+                    advance(size)
     except OSError as error:
         raise DatasetsError(
             f"cannot be read ({error.strerror})", where=path, cure="check the path and its permissions"
         ) from error
+    return digest.hexdigest()
 
 
-def recording_sha256(path: Path) -> str:
-    """The SHA-256 of a recording: of the file, or of a folder's files in the order of their names.
+def recording_sha256(path: Path, advance: Callable[[int], None] | None = None) -> tuple[str, int]:
+    """The SHA-256 and the size in bytes of a recording: of the file, or of a folder's files in their names' order.
 
     A folder's hash covers relative names and contents, so that renaming a part changes it.
     """
     if path.is_file():
-        return file_sha256(path)
-    digest = hashlib.sha256()
+        return file_sha256(path, advance), path.stat().st_size
+    digest, size = hashlib.sha256(), 0
     for part in sorted(entry for entry in path.rglob("*") if entry.is_file()):
-        digest.update(f"{part.relative_to(path).as_posix()}\0{file_sha256(part)}\n".encode())
-    return digest.hexdigest()
+        digest.update(f"{part.relative_to(path).as_posix()}\0{file_sha256(part, advance)}\n".encode())
+        size += part.stat().st_size
+    return digest.hexdigest(), size
 
 
 def plain(value: object) -> object:

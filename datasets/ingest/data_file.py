@@ -1,8 +1,7 @@
 """The Parquet file that holds an episode's rows."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 import pyarrow as pa
@@ -19,58 +18,48 @@ ROWS_PER_GROUP_SMALL = 1000
 """Rows a row group where there are none."""
 
 
-class DataFile:
-    """Writes rows in the order of ticks, clouds streamed, the small columns taken from whole arrays.
+def write_data(
+    path: Path,
+    features: Mapping[str, Feature],
+    columns: Mapping[str, Column],
+    points: Iterable[Float32[Array, "rows 10000 3"]],
+) -> None:
+    """Write an episode's data file.
 
-    The columns are looked at when a row group is written: until then their values may still be filled in. Use it as a
-    context manager; only leaving it without an error writes the footer of a complete file.
+    Args:
+        columns: The whole columns, clouds apart.
+        points: The clouds, in pieces of any number of row groups; as many rows in all as the columns have. Empty where
+            the data set has none.
     """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    schema = arrow_schema(features)
+    with pq.ParquetWriter(path, schema, **WRITER_OPTIONS) as writer:
+        for rows, clouds in _row_groups(columns, points, clouds=POINTS_KEY in features):
+            arrays = [
+                _cloud_array(clouds)
+                if clouds is not None and field.name == POINTS_KEY
+                else to_arrow(columns[field.name][rows], field.type)
+                for field in schema
+            ]
+            writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
 
-    def __init__(self, path: Path, features: Mapping[str, Feature], columns: Mapping[str, Column]) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._schema = arrow_schema(features)
-        self._columns = columns
-        self._group = ROWS_PER_GROUP if POINTS_KEY in features else ROWS_PER_GROUP_SMALL
-        self._writer = pq.ParquetWriter(path, self._schema, **WRITER_OPTIONS)
-        self._points: list[Float32[Array, "10000 3"] | None] = []
-        self._first = 0
 
-    def add(self, tick: int, points: Float32[Array, "10000 3"] | None) -> None:
-        """Add the next row.
-
-        Args:
-            tick: Its number; must follow the last one.
-            points: Its cloud; None where the data set has none.
-        """
-        if tick != self._first + len(self._points):
-            raise ValueError(f"row {tick} does not follow row {self._first + len(self._points) - 1}")
-        self._points.append(points)
-        if len(self._points) == self._group:
-            self._flush()
-
-    def _flush(self) -> None:
-        if not self._points:
-            return
-        rows = slice(self._first, self._first + len(self._points))
-        arrays = [
-            _cloud_array(np.stack([points for points in self._points if points is not None]))
-            if field.name == POINTS_KEY
-            else to_arrow(self._columns[field.name][rows], field.type)
-            for field in self._schema
-        ]
-        self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema))
-        self._first += len(self._points)
-        self._points.clear()
-
-    def __enter__(self) -> "DataFile":
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is None:
-            self._flush()
-        self._writer.close()
+def _row_groups(
+    columns: Mapping[str, Column], points: Iterable[Float32[Array, "rows 10000 3"]], *, clouds: bool
+) -> Iterator[tuple[slice, Float32[Array, "rows 10000 3"] | None]]:
+    """The rows of each group, with their clouds."""
+    if not clouds:
+        total = len(columns["index"])
+        yield from (
+            (slice(first, first + ROWS_PER_GROUP_SMALL), None) for first in range(0, total, ROWS_PER_GROUP_SMALL)
+        )
+        return
+    done = 0
+    for piece in points:
+        for first in range(0, len(piece), ROWS_PER_GROUP):
+            group = piece[first : first + ROWS_PER_GROUP]
+            yield slice(done, done + len(group)), group
+            done += len(group)
 
 
 WRITER_OPTIONS: dict[str, object] = {
@@ -92,7 +81,6 @@ def to_arrow(values: Column, kind: pa.DataType) -> pa.Array:
 
 def _cloud_array(points: Float32[Array, "rows 10000 3"]) -> pa.ListArray:
     rows = len(points)
-    inner = pa.ListArray.from_arrays(
-        pa.array(np.arange(0, rows * CLOUD_SIZE * 3 + 1, 3, dtype=np.int32)), pa.array(points.reshape(-1))
-    )
+    flat = pa.Array.from_buffers(pa.float32(), points.size, [None, pa.py_buffer(np.ascontiguousarray(points))])
+    inner = pa.ListArray.from_arrays(pa.array(np.arange(0, rows * CLOUD_SIZE * 3 + 1, 3, dtype=np.int32)), flat)
     return pa.ListArray.from_arrays(pa.array(np.arange(rows + 1, dtype=np.int32) * CLOUD_SIZE), inner)

@@ -1,26 +1,28 @@
-"""Recordings in, data set out: the orchestrator of ingest and its report."""
+"""Recordings in, data set out: the orchestrator of ingest."""
 
 import logging
 import resource
 import time
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
-from navtool.datasets.description import Description
 from navtool.datasets.errors import DatasetsError, OutputError
-from navtool.datasets.files import write_json
 from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.ingest.episode import EpisodeFolder, Numbering, write_episode
+from navtool.datasets.ingest.episode import discard
 from navtool.datasets.ingest.natural import expand
-from navtool.datasets.ingest.plan import EpisodePlan, plan_episode, source_name
+from navtool.datasets.ingest.plan import source_name
+from navtool.datasets.ingest.report import EpisodeSummary, IngestReport, Quarantined
+from navtool.datasets.ingest.segment import Segment, SegmentResult, cut_segments
+from navtool.datasets.ingest.settings import refuse_other_contents, refuse_other_settings, settings_hash
+from navtool.datasets.ingest.steps import Planned, add_episode, plan_step, segment_step, summary_of
 from navtool.datasets.ingest.store import Store, open_store
-from navtool.datasets.lineage import code_version, config_hash, plain, recording_sha256
-from navtool.datasets.recording import open_recording
+from navtool.datasets.ingest.workers import Workers, make_workers
 from navtool.datasets.robot import RobotConfig
-from navtool.datasets.schema import Contents, features_of
+from navtool.datasets.schema import Contents
 
 logger = logging.getLogger(__name__)
 
@@ -29,89 +31,42 @@ logger = logging.getLogger(__name__)
 class Progress(Protocol):
     """Who wants to know how far ingest is; the command line draws it."""
 
-    def recording(self, number: int, total: int, name: str, size_bytes: int) -> None:
-        """A recording begins; its messages will be read twice at the most."""
+    def begin(self, recordings: int, size_bytes: int) -> None:
+        """So many recordings of so many bytes in all are to be read."""
 
     def advance(self, read_bytes: int) -> None:
-        """This many bytes of messages were read."""
+        """This many bytes were read; each is read three times at the most."""
+
+    def done(self, recordings: int, name: str) -> None:
+        """So many recordings are done, this one last."""
 
 
 class Silent:
     """Wants to know nothing."""
 
-    def recording(self, number: int, total: int, name: str, size_bytes: int) -> None:
+    def begin(self, recordings: int, size_bytes: int) -> None:
         """Ignore it."""
 
     def advance(self, read_bytes: int) -> None:
         """Ignore it."""
 
-
-@dataclass(frozen=True, slots=True)
-class Quarantined:
-    """A recording that gave no episode, and why."""
-
-    path: str
-    reason: str
+    def done(self, recordings: int, name: str) -> None:
+        """Ignore it."""
 
 
-@dataclass(slots=True)
-class EpisodeSummary:
-    """One episode as ingest reports it."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """What every recording of a command is treated with."""
 
-    episode: int | None
-    """Its number in the data set; None in a dry run."""
-    source: str
-    rows: int
-    topics: dict[str, str]
-    not_used: list[dict[str, Any]]
-    dropped: dict[str, int]
-    sync: dict[str, Any]
-    notes: list[str]
-
-
-@dataclass(slots=True)
-class IngestReport:
-    """What an ingest did."""
-
-    dataset: str
-    dry_run: bool
-    episodes: list[EpisodeSummary] = field(default_factory=list)
-    skipped: list[str] = field(default_factory=list)
-    """Recordings that the data set had already."""
-    quarantined: list[Quarantined] = field(default_factory=list)
-    seconds: float = 0.0
-    bytes_in: int = 0
-    peak_rss_mib: float = 0.0
+    robot: RobotConfig
+    config: IngestConfig
+    dry_run: bool = False
+    allow_missing: bool = False
 
     @property
-    def rows(self) -> int:
-        """Rows of the new episodes."""
-        return sum(episode.rows for episode in self.episodes)
-
-    @property
-    def dropped(self) -> dict[str, int]:
-        """Messages that reached no row, by reason, over all episodes."""
-        total: dict[str, int] = {}
-        for episode in self.episodes:
-            for reason, count in episode.dropped.items():
-                total[reason] = total.get(reason, 0) + count
-        return total
-
-    def to_json(self) -> dict[str, object]:
-        """The report as ``navtool ingest --json`` prints it."""
-        return {
-            "dataset": self.dataset,
-            "dry_run": self.dry_run,
-            "episodes": len(self.episodes),
-            "rows": self.rows,
-            "dropped": self.dropped,
-            "quarantined": [plain(entry) for entry in self.quarantined],
-            "skipped": self.skipped,
-            "seconds": round(self.seconds, 3),
-            "bytes_in": self.bytes_in,
-            "peak_rss_mib": round(self.peak_rss_mib, 1),
-            "recordings": [plain(episode) for episode in self.episodes],
-        }
+    def settings_hash(self) -> str:
+        """Hash of what decides an episode's content."""
+        return settings_hash(self.robot, self.config)
 
 
 def ingest(
@@ -120,18 +75,21 @@ def ingest(
     robot: RobotConfig,
     config: IngestConfig,
     *,
+    workers: int = 1,
     dry_run: bool = False,
     allow_missing: bool = False,
     progress: Progress | None = None,
 ) -> IngestReport:
     """Turn each recording into an episode of the data set at ``out``, in the natural order of their paths.
 
-    An episode is in the data set whole, or it is not; recordings that are there already (same bytes, same settings)
-    are skipped. A recording that cannot become an episode is quarantined with its reason and ends nothing else. The
-    same recordings and settings give the same files.
+    An episode is in the data set whole, or it is not. Recordings that are there already (same bytes, same settings)
+    are skipped; a recording that has changed since, or is read with another robot configuration, replaces its episode.
+    A recording that cannot become an episode is quarantined with its reason and ends nothing else. The same recordings
+    and settings give the same files, whatever the number of workers.
 
     Args:
         paths: Bag files, rosbag2 folders, or folders that hold such; searched for recordings to any depth.
+        workers: Processes that read recordings, and portions of one recording, at the same time; 1 works in this one.
         allow_missing: Take recordings that lack streams of the data set; their rows are not valid there.
         dry_run: Read and plan everything, write nothing.
 
@@ -139,184 +97,192 @@ def ingest(
         DatasetsError: If a path does not exist, the data set was made with another rate or schema or is being written,
             or it cannot be written.
     """
+    if workers < 1:
+        raise DatasetsError(f"{workers} workers", cure="use at least one")
     started = time.monotonic()
     watch = progress or Silent()
     recordings = expand(paths)
     report = IngestReport(str(out), dry_run)
+    job = Job(robot=robot, config=config, dry_run=dry_run, allow_missing=allow_missing)
+    watch.begin(len(recordings), sum(size_of(path) for path in recordings))
     if dry_run:
-        for number, path in enumerate(recordings):
-            watch.recording(number, len(recordings), source_name(path), _size(path))
-            _try(report, path, partial(_plan_only, path, robot, config, watch.advance))
-            report.bytes_in += _size(path)
+        with make_workers(workers, watch.advance) as hands:
+            _Line(None, recordings, job, report, hands, workers, watch).run()
     else:
         with open_store(out) as store:
-            _refuse_other_settings(store, config)
-            known = {entry["sha256"]: entry for entry in store.provenance()}
-            for number, path in enumerate(recordings):
-                size = _size(path)
-                watch.recording(number, len(recordings), source_name(path), size)
-                sha256 = recording_sha256(path)
-                if sha256 in known:
-                    _skip(report, path, known[sha256], robot, config)
-                    continue
-                job = _Job(path, sha256, size, robot, config, allow_missing, watch.advance)
-                summary = _try(report, path, partial(_add_episode, store, job))
-                report.bytes_in += size
-                if summary is not None:
-                    known[sha256] = store.provenance_of(store.episodes - 1)
+            refuse_other_settings(store, config)
+            with make_workers(workers, watch.advance) as hands:
+                _Line(store, recordings, job, report, hands, workers, watch).run()
     report.seconds = time.monotonic() - started
-    report.peak_rss_mib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    peaks = [resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    report.peak_rss_mib = max(peaks) / 1024
     return report
 
 
-@dataclass(frozen=True, slots=True)
-class _Job:
+def size_of(path: Path) -> int:
+    """Bytes of a recording, a file or a folder."""
+    files = [path] if path.is_file() else [entry for entry in path.rglob("*") if entry.is_file()]
+    return sum(file.stat().st_size for file in files)
+
+
+@dataclass(slots=True)
+class _Recording:
+    """A recording under way."""
+
+    number: int
     path: Path
-    sha256: str
-    size: int
-    robot: RobotConfig
-    config: IngestConfig
-    allow_missing: bool
-    advance: Callable[[int], None]
+    fixed: Contents | None
+    """The contents that it was planned for."""
+    planning: Future[Planned]
+    plan: Planned | None = None
+    segments: list[Segment] = field(default_factory=list)
+    reading: list[Future[SegmentResult]] = field(default_factory=list)
+    failed: DatasetsError | None = None
+
+    @property
+    def futures(self) -> list[Future[Any]]:
+        """What is still to be waited for."""
+        return [future for future in (self.planning, *self.reading) if not future.done()]
+
+    @property
+    def finished(self) -> bool:
+        """Whether nothing more is to be waited for."""
+        return not self.futures and (self.failed is not None or self.plan is not None)
 
 
-def _try(report: IngestReport, path: Path, work: Callable[[], EpisodeSummary]) -> EpisodeSummary | None:
-    try:
-        summary = work()
-    except OutputError:
-        raise
-    except DatasetsError as error:
+class _Line:
+    """The recordings of a command on their way into the data set: read in any order, added in theirs."""
+
+    def __init__(
+        self,
+        store: Store | None,
+        recordings: Sequence[Path],
+        job: Job,
+        report: IngestReport,
+        hands: Workers,
+        workers: int,
+        watch: Progress,
+    ) -> None:
+        self._store, self._job, self._report, self._hands, self._watch = store, job, report, hands, watch
+        self._waiting = deque(enumerate(recordings))
+        self._ahead = 1 if workers == 1 else workers + 1
+        self._under_way: deque[_Recording] = deque()
+        self._known = {str(entry["sha256"]): str(entry["config_hash"]) for entry in store.provenance()} if store else {}
+        self._done = 0
+
+    def run(self) -> None:
+        """Add every recording, or say why not."""
+        while self._waiting or self._under_way:
+            while self._waiting and len(self._under_way) < self._ahead and self._may_begin():
+                self._under_way.append(self._begin(*self._waiting.popleft()))
+            self._hands.wait([future for entry in self._under_way for future in entry.futures])
+            for entry in self._under_way:
+                self._proceed(entry)
+            while self._under_way and self._under_way[0].finished:
+                self._conclude(self._under_way.popleft())
+
+    def _contents(self) -> Contents | None:
+        """What the data set's rows have; as long as it is empty, what its first recording seems to make of it."""
+        if self._store is not None and self._store.description is not None:
+            return self._store.description.contents
+        return None
+
+    def _may_begin(self) -> bool:
+        """The first recording of a data set fixes what the others are read for."""
+        return self._contents() is not None or not self._under_way or self._under_way[0].plan is not None
+
+    def _begin(self, number: int, path: Path) -> _Recording:
+        fixed = self._contents()
+        if fixed is None and self._under_way and self._under_way[0].plan is not None and not self._job.dry_run:
+            head = self._under_way[0].plan.plan
+            fixed = None if head is None else head.contents
+        staged = None if self._store is None else self._staged(number)
+        known = frozenset(sha for sha, settings in self._known.items() if settings == self._job.settings_hash)
+        planning = self._hands.submit(plan_step, path, self._job.robot, self._job.config, fixed, known, staged)
+        return _Recording(number, path, fixed, planning)
+
+    def _staged(self, number: int) -> Path:
+        if self._store is None:
+            raise ValueError("a dry run stages nothing")
+        return self._store.layout.staging / f"{number:06d}"
+
+    def _proceed(self, entry: _Recording) -> None:
+        """Have the segments of a recording read once it is planned; note what failed."""
+        try:
+            if entry.plan is None and entry.planning.done():
+                entry.plan = entry.planning.result()
+                plan = entry.plan.plan
+                if plan is None or self._job.dry_run:
+                    return
+                if entry.fixed is not None:
+                    refuse_other_contents(entry.fixed, plan.found, allow_missing=self._job.allow_missing)
+                entry.segments = cut_segments(plan)
+                staged = self._staged(entry.number)
+                entry.reading = [
+                    self._hands.submit(segment_step, entry.path, segment, self._job.config, staged)
+                    for segment in entry.segments
+                ]
+            for future in entry.reading:
+                if future.done() and (error := future.exception()) is not None:
+                    raise error
+        except OutputError:
+            raise
+        except DatasetsError as error:
+            entry.failed = error
+            for future in entry.reading:
+                future.cancel()
+
+    def _conclude(self, entry: _Recording) -> None:
+        """The recording that is first in the line becomes an episode, or is left out with its reason."""
+        try:
+            summary = self._summary(entry)
+        except OutputError:
+            raise
+        except DatasetsError as error:
+            self._quarantine(entry.path, error)
+        else:
+            if summary is not None:
+                self._report.episodes.append(summary)
+        if self._store is not None:
+            discard(self._staged(entry.number))
+        self._done += 1
+        self._watch.done(self._done, source_name(entry.path))
+
+    def _summary(self, entry: _Recording) -> EpisodeSummary | None:
+        if entry.fixed != self._contents() and not self._job.dry_run:
+            # It was read for contents that the data set has not got after all: the first recording failed.
+            discard(self._staged(entry.number))
+            again = self._begin(entry.number, entry.path)
+            while not again.finished:
+                self._hands.wait(again.futures)
+                self._proceed(again)
+            entry = again
+        if entry.failed is not None:
+            raise entry.failed
+        if entry.plan is None:
+            raise ValueError("a recording that was not planned")
+        self._report.bytes_in += 0 if entry.plan.plan is None else entry.plan.size
+        if entry.plan.plan is None or self._known.get(entry.plan.sha256) == self._job.settings_hash:
+            self._report.skipped.append(source_name(entry.path))
+            return None
+        if self._store is None:
+            return summary_of(entry.plan.plan, entry.path, None)
+        results = [future.result() for future in entry.reading]
+        summary = add_episode(
+            self._store,
+            entry.path,
+            entry.plan,
+            entry.segments,
+            results,
+            self._job.robot,
+            self._job.config,
+            self._staged(entry.number),
+        )
+        self._known[entry.plan.sha256] = self._job.settings_hash
+        return summary
+
+    def _quarantine(self, path: Path, error: DatasetsError) -> None:
         logger.warning("%s", error)
         reason = error.what if error.where in (None, str(path)) else f"{error.where}: {error.what}"
-        report.quarantined.append(Quarantined(str(path), reason if error.cure is None else f"{reason} ({error.cure})"))
-        return None
-    report.episodes.append(summary)
-    return summary
-
-
-def _plan_only(path: Path, robot: RobotConfig, config: IngestConfig, advance: Callable[[int], None]) -> EpisodeSummary:
-    with open_recording(path) as recording:
-        return _summary(plan_episode(recording, robot, config, None, advance), path, None, {})
-
-
-def _add_episode(store: Store, job: _Job) -> EpisodeSummary:
-    store.clear()  # what a recording that failed in its second pass had staged is not this one's
-    fixed = None if store.description is None else store.description.contents
-    staged = EpisodeFolder(store.layout.staging, Numbering(store.episodes, store.rows))
-    try:
-        with open_recording(job.path) as recording:
-            plan = plan_episode(recording, job.robot, job.config, fixed, job.advance)
-            if fixed is not None:
-                _refuse_other_contents(fixed, plan, allow_missing=job.allow_missing)
-            write_episode(recording, plan, features_of(plan.contents), job.config, staged, job.advance)
-    except OSError as error:
-        cure = "free some space, or choose another disk"
-        raise OutputError(f"cannot be written ({error.strerror})", where=store.layout.root, cure=cure) from error
-    dropped = plan.dropped | {f"{name}: cannot be decoded": count for name, count in staged.undecodable.items()}
-    if staged.points_nonfinite:
-        dropped["lidar points: not finite"] = staged.points_nonfinite
-    plan.dropped = dropped
-    write_json(staged.beside / "calibration.json", plan.calibration.to_json())
-    summary = _summary(plan, job.path, staged.numbering.episode_index, dropped)
-    write_json(staged.beside / "sync.json", plan.sync_report | {"dropped": dropped, "notes": summary.notes})
-    store.commit(staged, _description(plan, job), _provenance(plan, job, summary))
-    return summary
-
-
-def _summary(plan: EpisodePlan, path: Path, episode: int | None, dropped: dict[str, int]) -> EpisodeSummary:
-    return EpisodeSummary(
-        episode=episode,
-        source=source_name(path),
-        rows=int(plan.ticks_ns.size),
-        topics=plan.topics.streams(),
-        not_used=[dict(plain(topic)) for topic in plan.topics.not_used],  # type: ignore[call-overload]
-        dropped=dropped or plan.dropped,
-        sync=dict(plan.sync_report),
-        notes=plan.notes,
-    )
-
-
-def _description(plan: EpisodePlan, job: _Job) -> Description:
-    robot, config = plain(job.robot), plain(job.config)
-    return Description(
-        fps=job.config.fps,
-        contents=plan.contents,
-        robot=robot,  # type: ignore[arg-type]
-        ingest=config,  # type: ignore[arg-type]
-        config_hash=_settings_hash(job.robot, job.config),
-    )
-
-
-def _provenance(plan: EpisodePlan, job: _Job, summary: EpisodeSummary) -> dict[str, object]:
-    place = job.path.resolve().parent.name if job.config.place == "{parent}" else job.config.place
-    return {
-        "source": summary.source,
-        "sha256": job.sha256,
-        "bytes": job.size,
-        "place": place,
-        "recording_start_ns": plan.recording_start_ns,
-        "start_ns": int(plan.ticks_ns[0]),
-        "end_ns": int(plan.ticks_ns[-1]),
-        "topics": summary.topics,
-        "not_used": summary.not_used,
-        "config_hash": _settings_hash(job.robot, job.config),
-        "code_version": code_version(),
-    }
-
-
-def _settings_hash(robot: RobotConfig, config: IngestConfig) -> str:
-    """Hash of what decides an episode's content; the place is only a name."""
-    settings = plain(config)
-    return config_hash({"robot": robot, "ingest": {key: value for key, value in settings.items() if key != "place"}})  # type: ignore[attr-defined]
-
-
-def _skip(report: IngestReport, path: Path, entry: dict[str, Any], robot: RobotConfig, config: IngestConfig) -> None:
-    if entry["config_hash"] != _settings_hash(robot, config):
-        raise DatasetsError(
-            "is in the data set already, read with another robot configuration",
-            where=path,
-            cure="use the same robot to append, or ingest into another folder",
-        )
-    report.skipped.append(source_name(path))
-
-
-def _refuse_other_settings(store: Store, config: IngestConfig) -> None:
-    """One data set has one rate, one set of tolerances, one way to thin clouds and to judge reliability."""
-    if store.description is None:
-        return
-    there, asked = _flat(store.description.ingest), _flat(plain(config))
-    other = [key for key in asked if key != "place" and there.get(key) != asked[key]]
-    if other:
-        raise DatasetsError(
-            "; ".join(f"the data set has {key}={there.get(key)}, asked for {asked[key]}" for key in other),
-            where=store.layout.root,
-            cure=f"use {' '.join(f'{key}={there.get(key)}' for key in other)}, or ingest into another folder",
-        )
-
-
-def _flat(value: object, prefix: str = "") -> dict[str, object]:
-    """Nested settings by their dotted keys."""
-    if not isinstance(value, dict):
-        return {prefix.removesuffix("."): value}
-    return {key: leaf for name, entry in value.items() for key, leaf in _flat(entry, f"{prefix}{name}.").items()}
-
-
-def _refuse_other_contents(fixed: Contents, plan: EpisodePlan, *, allow_missing: bool) -> None:
-    there, here = _streams_of(fixed), _streams_of(plan.found)
-    missing = [name for name in there if name not in here]
-    if missing and not allow_missing:
-        raise DatasetsError(
-            f"lacks {', '.join(missing)}, which the data set has",
-            cure="pass --allow-missing to take it with these marked as not valid, or use another folder",
-        )
-    extra = [name for name in here if name not in there]
-    if extra:
-        plan.notes.append(f"{', '.join(extra)}: not used, since the data set's first recording did not have them")
-
-
-def _streams_of(contents: Contents) -> tuple[str, ...]:
-    return tuple(name for name in contents.streams() if name not in ("state", "action"))
-
-
-def _size(path: Path) -> int:
-    return path.stat().st_size if path.is_file() else sum(e.stat().st_size for e in path.rglob("*") if e.is_file())
+        cured = reason if error.cure is None else f"{reason} ({error.cure})"
+        self._report.quarantined.append(Quarantined(str(path), cured))

@@ -13,6 +13,7 @@ from navtool.datasets.ingest.clock import StreamTime, reference_clock, stream_ti
 from navtool.datasets.ingest.columns import Column, TimedStream, small_columns
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.scan import LARGE, Scan, StreamScan, scan_recording
+from navtool.datasets.ingest.sidecar import write_streams
 from navtool.datasets.recording import Recording
 from navtool.datasets.robot import RobotConfig
 from navtool.datasets.schema import Contents
@@ -30,6 +31,8 @@ class LargeStream:
     """Images or clouds: which message, counted in the order of record, serves which ticks."""
 
     topic: str
+    record_ns: Int64[Array, " messages"]
+    """When each message was recorded, in that order."""
     ticks_of: dict[int, list[int]]
     stamps_ns: dict[int, int]
     """Time on the grid's clock of every message with a usable stamp, by its position in the order of record."""
@@ -48,7 +51,6 @@ class EpisodePlan:
     ticks_ns: Int64[Array, " ticks"]
     columns: dict[str, Column]
     large: dict[str, LargeStream]
-    small: dict[str, TimedStream]
     calibration: Calibration
     recording_start_ns: int
     """When the recording began, on the grid's clock; events are counted from it."""
@@ -62,12 +64,14 @@ def plan_episode(
     robot: RobotConfig,
     config: IngestConfig,
     fixed: Contents | None,
+    streams_to: Path | None = None,
     advance: Callable[[int], None] | None = None,
 ) -> EpisodePlan:
     """Read the recording once and lay its episode out on the grid.
 
     Args:
         fixed: Contents of the data set that the episode joins; None for the first one, whose contents it fixes.
+        streams_to: Where to write the small streams at their own rates; None writes nothing.
         advance: Called with the bytes of each message read.
 
     Raises:
@@ -101,6 +105,8 @@ def plan_episode(
         native_size=scan.streams["image"].native_size if "image" in scan.streams else None,
         frames={name: stream.frame_id for name, stream in scan.streams.items()},
     )
+    if streams_to is not None:
+        write_streams(streams_to, small, calibration.base_imu)
     notes = [*topics.notes, *columns.notes, *_calibration_notes(scan, calibration)]
     return EpisodePlan(
         topics=topics,
@@ -109,7 +115,6 @@ def plan_episode(
         ticks_ns=ticks,
         columns=columns.values,
         large=large,
-        small=small,
         calibration=calibration,
         recording_start_ns=_on_grid_clock(recording.start_ns, scan, grid_stream),
         sync_report=_sync_report(scan, times, grid_stream, ticks, columns.values),
@@ -194,7 +199,7 @@ def _large(stream: StreamScan, time: StreamTime, ticks: Int64[Array, " ticks"], 
     for tick in np.flatnonzero(match.valid).tolist():
         ticks_of.setdefault(int(time.order[match.index[tick]]), []).append(tick)
     stamps = dict(zip(time.order.tolist(), time.stamps_ns.tolist(), strict=True))
-    return LargeStream(stream.topic, ticks_of, stamps, match)
+    return LargeStream(stream.topic, stream.stamps[1], ticks_of, stamps, match)
 
 
 def _calibration_notes(scan: Scan, calibration: Calibration) -> list[str]:

@@ -1,13 +1,13 @@
 """What LeRobot's columns cannot hold, stored beside them: full clouds and streams at their own rates."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from jaxtyping import Float64
+from jaxtyping import Float64, Shaped
 
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.ingest.columns import TimedStream
@@ -15,7 +15,7 @@ from navtool.datasets.ingest.rows import IMU_COLUMNS
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import apply_transform
 
-CLOUDS_PER_GROUP = 32
+CLOUDS_PER_GROUP = 16
 CLOUD_SCHEMA = pa.schema(
     [
         pa.field("stamp_ns", pa.int64()),
@@ -32,36 +32,43 @@ CLOUD_SCHEMA = pa.schema(
 
 
 class CloudFile:
-    """Writes every cloud of a recording, whole, in row groups of 32; memory stays that of one group."""
+    """Writes clouds whole, in row groups of 16; memory stays that of one group."""
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self._writer = pq.ParquetWriter(
-            path, CLOUD_SCHEMA, compression="zstd", compression_level=1, use_dictionary=False
+            path,
+            CLOUD_SCHEMA,
+            compression="zstd",
+            compression_level=1,
+            use_dictionary=False,
+            use_byte_stream_split=[f"{name}.list.element" for name in ("xyz_m", "intensity", "time_s")],
+            write_statistics=["stamp_ns", "record_ns", "frame_index"],
         )
-        self._rows: list[dict[str, object]] = []
+        self._numbers: list[tuple[int, int, int]] = []
+        self._clouds: list[PointCloud] = []
 
     def add(self, cloud: PointCloud, stamp_ns: int, record_ns: int, frame_index: int) -> None:
         """Add one cloud."""
-        self._rows.append(
-            {
-                "stamp_ns": stamp_ns,
-                "record_ns": record_ns,
-                "frame_index": frame_index,
-                "xyz_m": np.ascontiguousarray(cloud.xyz).reshape(-1),
-                "intensity": cloud.intensity,
-                "ring": cloud.ring,
-                "time_s": cloud.time_s,
-            }
-        )
-        if len(self._rows) == CLOUDS_PER_GROUP:
+        self._numbers.append((stamp_ns, record_ns, frame_index))
+        self._clouds.append(cloud)
+        if len(self._clouds) == CLOUDS_PER_GROUP:
             self._flush()
 
     def _flush(self) -> None:
-        if self._rows:
-            columns = [pa.array([row[field.name] for row in self._rows], type=field.type) for field in CLOUD_SCHEMA]
-            self._writer.write_table(pa.Table.from_arrays(columns, schema=CLOUD_SCHEMA))
-            self._rows.clear()
+        if not self._clouds:
+            return
+        numbers = np.array(self._numbers, dtype=np.int64).T
+        columns = [
+            *(pa.array(np.ascontiguousarray(column)) for column in numbers),
+            _ragged([cloud.xyz.reshape(-1) for cloud in self._clouds], pa.float32()),
+            _ragged([cloud.intensity for cloud in self._clouds], pa.float32()),
+            _ragged([cloud.ring for cloud in self._clouds], pa.uint16()),
+            _ragged([cloud.time_s for cloud in self._clouds], pa.float32()),
+        ]
+        self._writer.write_table(pa.Table.from_arrays(columns, schema=CLOUD_SCHEMA))
+        self._numbers.clear()
+        self._clouds.clear()
 
     def __enter__(self) -> "CloudFile":
         return self
@@ -72,6 +79,16 @@ class CloudFile:
         if kind is None:
             self._flush()
         self._writer.close()
+
+
+def _ragged(parts: Sequence[Shaped[Array, " n"] | None], kind: pa.DataType) -> pa.ListArray:
+    """One list a cloud, null where there is None; the values are copied once."""
+    there = [part for part in parts if part is not None]
+    values = np.concatenate(there) if there else np.zeros(0, kind.to_pandas_dtype())
+    ends = np.cumsum([0, *(0 if part is None else part.size for part in parts)], dtype=np.int32)
+    flat = pa.Array.from_buffers(kind, values.size, [None, pa.py_buffer(values)])
+    absent = pa.array([part is None for part in parts])
+    return pa.ListArray.from_arrays(pa.array(ends), flat, mask=absent)
 
 
 def write_streams(folder: Path, streams: Mapping[str, TimedStream], base_imu: Float64[Array, "4 4"] | None) -> None:

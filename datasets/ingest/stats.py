@@ -42,34 +42,39 @@ class ImageStats:
     """
 
     def __init__(self) -> None:
-        self._histogram = np.zeros((3, _LEVELS), dtype=np.int64)
-        self._frames = 0
+        self.histogram = np.zeros((3, _LEVELS), dtype=np.int64)
+        self.frames = 0
 
     def add(self, rgb: UInt8[Array, "height width 3"]) -> None:
         """Count one frame."""
         thinned = rgb[::4, ::4].reshape(-1, 3).astype(np.int64) + np.arange(3) * _LEVELS
-        self._histogram += np.bincount(thinned.ravel(), minlength=3 * _LEVELS).reshape(3, _LEVELS)
-        self._frames += 1
+        self.histogram += np.bincount(thinned.ravel(), minlength=3 * _LEVELS).reshape(3, _LEVELS)
+        self.frames += 1
+
+    def merge(self, other: "ImageStats") -> None:
+        """Count what the other has counted."""
+        self.histogram += other.histogram
+        self.frames += other.frames
 
     def result(self) -> Stats:
         """Statistics of what was counted; zeros when nothing was."""
-        total = self._histogram.sum(axis=1)
+        total = self.histogram.sum(axis=1)
         if not total.all():
             zeros: list[Any] = [[[0.0]]] * 3
             return dict.fromkeys(("min", "max", "mean", "std", *QUANTILES), zeros) | {"count": [0]}
         levels = np.arange(_LEVELS) / (_LEVELS - 1)
-        cumulated = self._histogram.cumsum(axis=1)
-        mean = self._histogram @ levels / total
+        cumulated = self.histogram.cumsum(axis=1)
+        mean = self.histogram @ levels / total
         stats = {
-            "min": levels[(self._histogram > 0).argmax(axis=1)],
-            "max": levels[_LEVELS - 1 - (self._histogram[:, ::-1] > 0).argmax(axis=1)],
+            "min": levels[(self.histogram > 0).argmax(axis=1)],
+            "max": levels[_LEVELS - 1 - (self.histogram[:, ::-1] > 0).argmax(axis=1)],
             "mean": mean,
-            "std": np.sqrt(np.maximum(self._histogram @ levels**2 / total - mean**2, 0.0)),
+            "std": np.sqrt(np.maximum(self.histogram @ levels**2 / total - mean**2, 0.0)),
         }
         stats |= {
             name: levels[(cumulated >= share * total[:, None]).argmax(axis=1)] for name, share in QUANTILES.items()
         }
-        return {name: value.reshape(3, 1, 1).tolist() for name, value in stats.items()} | {"count": [self._frames]}
+        return {name: value.reshape(3, 1, 1).tolist() for name, value in stats.items()} | {"count": [self.frames]}
 
 
 class CloudStats:
@@ -80,39 +85,50 @@ class CloudStats:
     """
 
     def __init__(self) -> None:
-        self._min, self._max = np.full(3, np.inf), np.full(3, -np.inf)
-        self._sum, self._squares = np.zeros(3), np.zeros(3)
-        self._points = 0
-        self._clouds = 0
-        self._sample: list[Float[Array, "sampled 3"]] = []
+        self.low, self.high = np.full(3, np.inf), np.full(3, -np.inf)
+        self.total, self.squares = np.zeros(3), np.zeros(3)
+        self.points = 0
+        self.clouds = 0
+        self.sample: list[Float[Array, "sampled 3"]] = []
 
     def add(self, xyz: Float[Array, "points 3"]) -> None:
         """Count the real points of one cloud."""
-        self._clouds += 1
+        self.clouds += 1
         if len(xyz) == 0:
             return
-        points = xyz.astype(np.float64)
-        self._min, self._max = np.minimum(self._min, points.min(axis=0)), np.maximum(self._max, points.max(axis=0))
-        self._sum += points.sum(axis=0)
-        self._squares += np.einsum("ij,ij->j", points, points)
-        self._points += len(points)
-        self._sample.append(xyz[::97])
+        columns = np.ascontiguousarray(xyz.T, np.float64)  # sums over rows are ten times as fast
+        np.minimum(self.low, columns.min(axis=1), out=self.low)
+        np.maximum(self.high, columns.max(axis=1), out=self.high)
+        self.total += columns.sum(axis=1)
+        self.squares += np.einsum("ij,ij->i", columns, columns)
+        self.points += len(xyz)
+        self.sample.append(xyz[::97].copy())
+
+    def merge(self, other: "CloudStats") -> None:
+        """Count what the other has counted."""
+        np.minimum(self.low, other.low, out=self.low)
+        np.maximum(self.high, other.high, out=self.high)
+        self.total += other.total
+        self.squares += other.squares
+        self.points += other.points
+        self.clouds += other.clouds
+        self.sample += other.sample
 
     def result(self) -> Stats:
         """Statistics of what was counted; zeros when there was no point."""
-        if self._points == 0:
+        if self.points == 0:
             zeros: list[Any] = [0.0] * 3
-            return dict.fromkeys(("min", "max", "mean", "std", *QUANTILES), zeros) | {"count": [self._clouds]}
-        mean = self._sum / self._points
+            return dict.fromkeys(("min", "max", "mean", "std", *QUANTILES), zeros) | {"count": [self.clouds]}
+        mean = self.total / self.points
         stats = {
-            "min": self._min,
-            "max": self._max,
+            "min": self.low,
+            "max": self.high,
             "mean": mean,
-            "std": np.sqrt(np.maximum(self._squares / self._points - mean**2, 0.0)),
+            "std": np.sqrt(np.maximum(self.squares / self.points - mean**2, 0.0)),
         }
-        quantiles = np.quantile(np.concatenate(self._sample), list(QUANTILES.values()), axis=0)
+        quantiles = np.quantile(np.concatenate(self.sample), list(QUANTILES.values()), axis=0)
         stats |= dict(zip(QUANTILES, quantiles, strict=True))
-        return {name: value.tolist() for name, value in stats.items()} | {"count": [self._clouds]}
+        return {name: value.tolist() for name, value in stats.items()} | {"count": [self.clouds]}
 
 
 def aggregate(episodes: Sequence[Mapping[str, Stats]]) -> dict[str, Stats]:

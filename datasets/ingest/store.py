@@ -1,24 +1,23 @@
 """The data set as a store of episodes: one writer at a time, an episode is in it whole or not at all."""
 
 import fcntl
-import json
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
 import pyarrow.parquet as pq
 
 from navtool.datasets.description import Description, read_description
 from navtool.datasets.errors import DatasetsError, OutputError
 from navtool.datasets.files import move, read_json, write_bytes, write_json
-from navtool.datasets.ingest.episode import EpisodeFolder
+from navtool.datasets.ingest.episode import EpisodeFolder, Numbering
+from navtool.datasets.ingest.metadata import episode_entry, info_of, task_table
+from navtool.datasets.ingest.replace import replace_episode
 from navtool.datasets.ingest.stats import Stats, aggregate
 from navtool.datasets.journal import finish
-from navtool.datasets.layout import DATA_PATH, FILES_PER_CHUNK, VIDEO_PATH, Layout
-from navtool.datasets.schema import CODEBASE_VERSION, IMAGE_KEY, features_of
+from navtool.datasets.layout import Layout
 
 _REBUILD = "ingest the recordings again into another folder"
 
@@ -84,6 +83,17 @@ class Store:
         """What one episode was made from."""
         return read_json(self.layout.episode(episode) / "provenance.json", _REBUILD)
 
+    def episode_from(self, source: str) -> int | None:
+        """The episode that a recording of this name became; None where there is none."""
+        return next((n for n in range(self.episodes) if self.provenance_of(n)["source"] == source), None)
+
+    def numbering(self, episode: int | None) -> Numbering:
+        """The place of the next episode, or that of one that is to be replaced."""
+        if episode is None:
+            return Numbering(self.episodes, self.rows)
+        entry = pq.read_table(self.layout.episode_meta(episode), columns=["dataset_from_index"])
+        return Numbering(episode, int(entry.column(0)[0].as_py()))
+
     def clear(self) -> None:
         """Remove staged files, and files of episodes that never became part of the data set."""
         shutil.rmtree(self.layout.staging, ignore_errors=True)
@@ -100,6 +110,20 @@ class Store:
         if folder.exists():
             shutil.rmtree(folder)
         return there
+
+    def replace(self, staged: EpisodeFolder, provenance: Mapping[str, object]) -> None:
+        """Put a staged episode in the place of the one of its number, in one journalled step.
+
+        Episodes behind it keep their rows; where these count on from another number of rows, their counters are
+        written again. The labels do not hold any more and are taken away.
+
+        Raises:
+            OutputError: If a file cannot be written; the data set is then as it was.
+        """
+        if self.description is None:
+            raise ValueError("a data set without a description has no episodes")
+        write_json(staged.beside / "provenance.json", provenance)
+        self._stats, self.rows = replace_episode(self.layout, staged, self.description, self.episodes)
 
     def commit(self, staged: EpisodeFolder, description: Description, provenance: Mapping[str, object]) -> None:
         """Make a staged episode the data set's next one. Until ``info.json`` counts it, it does not exist.
@@ -121,85 +145,13 @@ class Store:
             where = self.layout.root
             raise OutputError(f"cannot be written ({error.strerror})", where=where, cure="check the space") from error
         task = str(description.robot["task"])
-        write_bytes(self.layout.episode_meta(number), _episode_entry(staged, description, task))
+        write_bytes(self.layout.episode_meta(number), episode_entry(staged, description, task))
         self._stats = aggregate([self._stats, staged.stats]) if self._stats else dict(staged.stats)
         if self.description is None:
-            write_bytes(self.layout.tasks, _task_table(task))
+            write_bytes(self.layout.tasks, task_table(task))
         write_json(self.layout.stats, self._stats)
         self.episodes, self.rows = number + 1, self.rows + staged.rows
-        write_json(self.layout.info, _info(description, self.episodes, self.rows))
+        write_json(self.layout.info, info_of(description, self.episodes, self.rows))
         if self.description is None:
             write_json(self.layout.description, description.to_json())
             self.description = description
-
-
-def _info(description: Description, episodes: int, rows: int) -> dict[str, object]:
-    features = features_of(description.contents)
-    return {
-        "codebase_version": CODEBASE_VERSION,
-        "robot_type": description.robot["name"],
-        "total_episodes": episodes,
-        "total_frames": rows,
-        "total_tasks": 1,
-        "chunks_size": FILES_PER_CHUNK,
-        "data_files_size_in_mb": 100,
-        "video_files_size_in_mb": 200,
-        "fps": description.fps,
-        "splits": {"train": f"0:{episodes}"},
-        "data_path": DATA_PATH,
-        "video_path": VIDEO_PATH if description.contents.image else None,
-        "features": {key: feature.to_json(description.fps) for key, feature in features.items()},
-    }
-
-
-def _episode_entry(staged: EpisodeFolder, description: Description, task: str) -> bytes:
-    number, first = staged.numbering.episode_index, staged.numbering.index_from
-    place = Layout.place(number)
-    entry: dict[str, object] = {
-        "episode_index": number,
-        "tasks": [task],
-        "length": staged.rows,
-        "data/chunk_index": place["chunk_index"],
-        "data/file_index": place["file_index"],
-        "dataset_from_index": first,
-        "dataset_to_index": first + staged.rows,
-    }
-    if description.contents.image:
-        entry |= {
-            f"videos/{IMAGE_KEY}/chunk_index": place["chunk_index"],
-            f"videos/{IMAGE_KEY}/file_index": place["file_index"],
-            f"videos/{IMAGE_KEY}/from_timestamp": 0.0,
-            f"videos/{IMAGE_KEY}/to_timestamp": staged.rows / description.fps,
-        }
-    entry |= {f"stats/{key}/{name}": value for key, stats in staged.stats.items() for name, value in stats.items()}
-    entry |= {"meta/episodes/chunk_index": place["chunk_index"], "meta/episodes/file_index": place["file_index"]}
-    return _parquet(pa.Table.from_pylist([entry]))
-
-
-def _task_table(task: str) -> bytes:
-    """The tasks in the form in which pandas writes an index named ``task``, which LeRobot reads."""
-    pandas = {
-        "index_columns": ["task"],
-        "column_indexes": [],
-        "columns": [
-            {
-                "name": "task_index",
-                "field_name": "task_index",
-                "pandas_type": "int64",
-                "numpy_type": "int64",
-                "metadata": None,
-            },
-            {"name": "task", "field_name": "task", "pandas_type": "unicode", "numpy_type": "object", "metadata": None},
-        ],
-        "creator": {"library": "pyarrow", "version": pa.__version__},
-        "pandas_version": "2.0.0",
-    }
-    table = pa.table({"task_index": pa.array([0], pa.int64()), "task": pa.array([task], pa.string())})
-    return _parquet(table.replace_schema_metadata({"pandas": json.dumps(pandas)}))
-
-
-def _parquet(table: pa.Table) -> bytes:
-    sink = pa.BufferOutputStream()
-    pq.write_table(table, sink)
-    content: bytes = sink.getvalue().to_pybytes()
-    return content

@@ -1,5 +1,6 @@
 """Writing camera frames as a video that is quick to seek in."""
 
+from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
@@ -24,14 +25,14 @@ class VideoWriter:
 
     def __init__(self, path: Path, fps: int) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        self._container = av.open(str(path), "w", format="mp4", options={"movflags": "faststart"})
+        self._container = av.open(str(path), "w", format="mp4")
         stream = self._container.add_stream("libx264", rate=Fraction(fps))
         stream.width, stream.height, stream.pix_fmt = IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX, "yuv420p"
         stream.options = {
             "crf": "23",
             "g": str(KEYFRAME_EVERY),
             "bf": "0",
-            "preset": "veryfast",
+            "preset": "ultrafast",
             "threads": "1",
         }
         self._stream = stream
@@ -57,3 +58,25 @@ class VideoWriter:
             for packet in self._stream.encode(None):
                 self._container.mux(packet)
         self._container.close()
+
+
+def join_videos(parts: Sequence[Path], out: Path, fps: int) -> None:
+    """One video out of several of `VideoWriter`'s, packet by packet, without encoding anything again."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with av.open(str(out), "w", format="mp4", options={"movflags": "faststart"}) as joined:
+        target: av.VideoStream | None = None
+        frame = 0
+        for part in parts:
+            with av.open(str(part)) as source:
+                video = source.streams.video[0]
+                if target is None:
+                    target = joined.add_stream_from_template(video)
+                    target.time_base = Fraction(1, fps)
+                for packet in source.demux(video):
+                    if packet.size == 0:
+                        continue  # the end of the part
+                    packet.stream, packet.time_base = target, Fraction(1, fps)
+                    packet.pts = packet.dts = frame
+                    packet.duration = 1
+                    joined.mux(packet)
+                    frame += 1

@@ -19,9 +19,9 @@ from navtool.datasets.labels.config import LabelConfig
 from navtool.datasets.labels.episode import EpisodeLabels, label_episode
 from navtool.datasets.labels.events import Bag, Event, read_events
 from navtool.datasets.labels.report import EventsFile, LabelReport
-from navtool.datasets.labels.rewrite import rewrite_columns, rewrite_stats
 from navtool.datasets.lineage import code_version, config_hash, file_sha256, plain
 from navtool.datasets.reader import Episode, NavDataset
+from navtool.datasets.rewrite import rewrite_columns, rewrite_stats
 
 logger = logging.getLogger(__name__)
 

@@ -3,6 +3,7 @@
 import heapq
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack
+from itertools import takewhile
 from pathlib import Path
 from types import TracebackType
 
@@ -73,11 +74,15 @@ class Recording:
         self._open = False
         self._resources.close()
 
-    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
+    def messages(
+        self, topics: Collection[str], start_ns: int | None = None, end_ns: int | None = None
+    ) -> Iterator[RawMessage]:
         """The messages of the topics, in the order of their record times.
 
         Args:
             topics: Names of topics; none gives no messages.
+            start_ns: Record time of the first message to give; None begins with the first.
+            end_ns: Record time of the last one; None ends with the last.
 
         Raises:
             DatasetsError: The recording has no topic of such a name; while iterating: it is damaged.
@@ -92,7 +97,11 @@ class Recording:
             )
         wanted = frozenset(topics)
         streams = [_from(x.span_ns[0], x.messages(wanted)) for x in self._sources if x.span_ns is not None]
-        return self._merged(streams)
+        merged = self._merged(streams)
+        if start_ns is None and end_ns is None:
+            return merged
+        first, last = start_ns or 0, end_ns if end_ns is not None else 2**63
+        return takewhile(lambda raw: raw.record_ns <= last, (raw for raw in merged if raw.record_ns >= first))
 
     def header_stamp_ns(self, raw: RawMessage) -> int | None:
         """The header's stamp, read from the bytes; 0 where it was left unset, None where the type has no header.

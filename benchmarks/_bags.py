@@ -1,0 +1,141 @@
+"""Recordings of any size for the benchmarks: frames and clouds of a simulated drive, over and over, at fixed rates."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.rosbag1 import Writer as Ros1Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.rosbag2 import Writer as Ros2Writer
+
+from navtool.sim import lidar
+from navtool.sim.messages import MessageFactory
+from navtool.sim.render import Camera, Exposure
+from navtool.sim.rig import camera_model, mount
+from navtool.sim.scene import make_scene
+from navtool.sim.track import drive
+
+CONTAINERS = ("ros1", "mcap", "db3")
+START_NS = 1_760_000_000_000_000_000
+TICK_NS = 100_000_000
+POOL = 40
+"""Different frames and clouds; then they come again."""
+TYPES = {
+    "/tf_static": "tf2_msgs/msg/TFMessage",
+    "/camera/image_raw/compressed": "sensor_msgs/msg/CompressedImage",
+    "/camera/camera_info": "sensor_msgs/msg/CameraInfo",
+    "/velodyne_points": "sensor_msgs/msg/PointCloud2",
+    "/odom": "nav_msgs/msg/Odometry",
+    "/imu/data": "sensor_msgs/msg/Imu",
+    "/joint_states": "sensor_msgs/msg/JointState",
+    "/cmd_vel": "geometry_msgs/msg/TwistStamped",
+}
+SMALL_HZ = {"/odom": 50, "/imu/data": 200, "/joint_states": 50, "/cmd_vel": 10}
+
+
+def write_bag(folder: Path, container: str, size: float, *, seed: int = 0, name: str = "bench") -> Path:
+    """A recording of about so many bytes: 640x480 JPEG and VLP-16 at 10 Hz, odometry, IMU, joints, commands.
+
+    Every cloud has all of its 28,800 returns and every frame the noise of a real sensor, so that a tick weighs about
+    0.74 MB, as in recordings of open country; a walled place gives fewer points and therefore more ticks a byte.
+    """
+    factory = MessageFactory(ros1=container == "ros1")
+    frames, clouds = sights()
+    written, tick = 0, 0
+    with _writer(folder, container, name, factory) as (path, write):
+        write("/tf_static", START_NS, factory.static_transforms(START_NS))
+        while written < size:
+            for topic, stamp_ns, data in _tick(factory, frames[tick % POOL], clouds[tick % POOL], tick, seed):
+                write(topic, stamp_ns, data)
+                written += len(data)
+            tick += 1
+    return path
+
+
+def _tick(
+    factory: MessageFactory, frame: NDArray[np.uint8], cloud: lidar.Scan, tick: int, seed: int
+) -> Iterator[tuple[str, int, bytes]]:
+    """One tenth of a second, in the order of record."""
+    start = START_NS + seed * 10**15 + tick * TICK_NS
+    messages = [
+        ("/camera/image_raw/compressed", start + 5_000_000, factory.image(start, frame, 90)),
+        ("/camera/camera_info", start + 5_100_000, factory.camera_info(start, camera_model(640))),
+        ("/velodyne_points", start + 9_000_000, factory.cloud(start + 3_000_000, cloud)),
+    ]
+    for topic, rate in SMALL_HZ.items():
+        for step in range(rate // 10):
+            stamp = start + step * (10**9 // rate)
+            messages.append((topic, stamp + 1_000_000, _small(factory, topic, stamp, (stamp - START_NS) * 1e-9)))
+    return iter(sorted(messages, key=lambda message: message[1]))
+
+
+def _small(factory: MessageFactory, topic: str, stamp: int, time_s: float) -> bytes:
+    wave = np.sin(time_s + np.arange(12.0))
+    match topic:
+        case "/odom":
+            return factory.odometry(stamp, np.array([0.8 * time_s, wave[0], 0.1 * wave[1], 0.8, 0.1 * wave[2]]))
+        case "/imu/data":
+            return factory.imu(stamp, np.array([*wave[:2], 9.81 + wave[2], *wave[3:6]]))
+        case "/joint_states":
+            return factory.joints(stamp, wave.reshape(3, 4))
+        case _:
+            return factory.command(stamp, 0.8, 0.1)
+
+
+@cache
+def sights() -> tuple[list[NDArray[np.uint8]], list[lidar.Scan]]:
+    """Frames and clouds of a simulated drive; beams without a return are given one."""
+    scene = make_scene(0, "benchmark")
+    track = drive(scene, 1, 20.0)
+    rng = np.random.default_rng(0)
+    camera = Camera(camera_model(640))
+    frames, clouds = [], []
+    for moment in np.linspace(1.0, 18.0, POOL):
+        view = camera.image(
+            scene, track.pose(np.array([moment]))[0] @ mount("camera_front_optical"), Exposure(), 0.0, rng
+        )
+        noisy = view.astype(np.float32) + rng.normal(0.0, 6.0, view.shape).astype(np.float32)
+        frames.append(noisy.clip(0, 255).astype(np.uint8))
+        clouds.append(
+            _full(lidar.scan(scene, track.pose(moment + lidar.column_time_s()) @ mount("velodyne"), rng), rng)
+        )
+    return frames, clouds
+
+
+def _full(scan: lidar.Scan, rng: np.random.Generator) -> lidar.Scan:
+    """The scan with 28,800 points: those missing are far hits, such as trees beyond the simulated world."""
+    missing = 28_800 - len(scan.xyz)
+    azimuth, ring = rng.uniform(-np.pi, np.pi, missing), rng.integers(0, 16, missing).astype(np.uint16)
+    distance, elevation = 40 + 20 * np.sin(7 * azimuth) + rng.normal(0, 0.5, missing), lidar.ring_elevation_rad()[ring]
+    level = distance * np.cos(elevation)
+    far = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), distance * np.sin(elevation)], axis=1)
+    return lidar.Scan(
+        np.concatenate([scan.xyz, far.astype(np.float32)]),
+        np.concatenate([scan.intensity, rng.uniform(1, 60, missing).astype(np.float32)]),
+        np.concatenate([scan.ring, ring]),
+        np.concatenate([scan.time_s, (-azimuth / (20 * np.pi)).astype(np.float32)]),
+    )
+
+
+@contextmanager
+def _writer(
+    folder: Path, container: str, name: str, factory: MessageFactory
+) -> Iterator[tuple[Path, Callable[[str, int, bytes], None]]]:
+    store = factory.store
+    if container == "ros1":
+        path = folder / f"{name}.bag"
+        with Ros1Writer(path) as bag:
+            ids = {topic: bag.add_connection(topic, kind, typestore=store) for topic, kind in TYPES.items()}
+            yield path, lambda topic, stamp, data: bag.write(ids[topic], stamp, data)
+        return
+    plugin = StoragePlugin.MCAP if container == "mcap" else StoragePlugin.SQLITE3
+    writer: Any = Ros2Writer(folder / name, version=9, storage_plugin=plugin)
+    if container == "mcap":
+        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    with writer as bag2:
+        ids = {topic: bag2.add_connection(topic, kind, typestore=store) for topic, kind in TYPES.items()}
+        yield folder / name, lambda topic, stamp, data: bag2.write(ids[topic], stamp, data)

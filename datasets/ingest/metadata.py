@@ -1,0 +1,85 @@
+"""LeRobot's metadata: the description of a data set, the entry of an episode, the table of tasks."""
+
+import json
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from navtool.datasets.description import Description
+from navtool.datasets.ingest.episode import EpisodeFolder
+from navtool.datasets.layout import DATA_PATH, FILES_PER_CHUNK, VIDEO_PATH, Layout
+from navtool.datasets.schema import CODEBASE_VERSION, IMAGE_KEY, features_of
+
+
+def info_of(description: Description, episodes: int, rows: int) -> dict[str, object]:
+    """The content of ``meta/info.json``."""
+    features = features_of(description.contents)
+    return {
+        "codebase_version": CODEBASE_VERSION,
+        "robot_type": description.robot["name"],
+        "total_episodes": episodes,
+        "total_frames": rows,
+        "total_tasks": 1,
+        "chunks_size": FILES_PER_CHUNK,
+        "data_files_size_in_mb": 100,
+        "video_files_size_in_mb": 200,
+        "fps": description.fps,
+        "splits": {"train": f"0:{episodes}"},
+        "data_path": DATA_PATH,
+        "video_path": VIDEO_PATH if description.contents.image else None,
+        "features": {key: feature.to_json(description.fps) for key, feature in features.items()},
+    }
+
+
+def episode_entry(staged: EpisodeFolder, description: Description, task: str) -> bytes:
+    """The Parquet file that describes an episode: where its rows and frames lie, and its statistics."""
+    number, first = staged.numbering.episode_index, staged.numbering.index_from
+    place = Layout.place(number)
+    entry: dict[str, object] = {
+        "episode_index": number,
+        "tasks": [task],
+        "length": staged.rows,
+        "data/chunk_index": place["chunk_index"],
+        "data/file_index": place["file_index"],
+        "dataset_from_index": first,
+        "dataset_to_index": first + staged.rows,
+    }
+    if description.contents.image:
+        entry |= {
+            f"videos/{IMAGE_KEY}/chunk_index": place["chunk_index"],
+            f"videos/{IMAGE_KEY}/file_index": place["file_index"],
+            f"videos/{IMAGE_KEY}/from_timestamp": 0.0,
+            f"videos/{IMAGE_KEY}/to_timestamp": staged.rows / description.fps,
+        }
+    entry |= {f"stats/{key}/{name}": value for key, stats in staged.stats.items() for name, value in stats.items()}
+    entry |= {"meta/episodes/chunk_index": place["chunk_index"], "meta/episodes/file_index": place["file_index"]}
+    return _parquet(pa.Table.from_pylist([entry]))
+
+
+def task_table(task: str) -> bytes:
+    """The tasks in the form in which pandas writes an index named ``task``, which LeRobot reads."""
+    pandas = {
+        "index_columns": ["task"],
+        "column_indexes": [],
+        "columns": [
+            {
+                "name": "task_index",
+                "field_name": "task_index",
+                "pandas_type": "int64",
+                "numpy_type": "int64",
+                "metadata": None,
+            },
+            {"name": "task", "field_name": "task", "pandas_type": "unicode", "numpy_type": "object", "metadata": None},
+        ],
+        "creator": {"library": "pyarrow", "version": pa.__version__},
+        "pandas_version": "2.0.0",
+    }
+    table = pa.table({"task_index": pa.array([0], pa.int64()), "task": pa.array([task], pa.string())})
+    return _parquet(table.replace_schema_metadata({"pandas": json.dumps(pandas)}))
+
+
+def _parquet(table: pa.Table) -> bytes:
+    sink = pa.BufferOutputStream()
+    pq.write_table(table, sink)
+    content: bytes = sink.getvalue().to_pybytes()
+    return content

@@ -1,0 +1,77 @@
+"""What an ingest did, for people and for programs."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from navtool.datasets.lineage import plain
+
+
+@dataclass(frozen=True, slots=True)
+class Quarantined:
+    """A recording that gave no episode, and why."""
+
+    path: str
+    reason: str
+
+
+@dataclass(slots=True)
+class EpisodeSummary:
+    """One episode as ingest reports it."""
+
+    episode: int | None
+    """Its number in the data set; None in a dry run."""
+    source: str
+    rows: int
+    topics: dict[str, str]
+    not_used: list[dict[str, Any]]
+    dropped: dict[str, int]
+    sync: dict[str, Any]
+    notes: list[str]
+    rebuilt: bool = False
+    """Whether it replaces an older episode of the same recording."""
+
+
+@dataclass(slots=True)
+class IngestReport:
+    """What an ingest did."""
+
+    dataset: str
+    dry_run: bool
+    episodes: list[EpisodeSummary] = field(default_factory=list)
+    skipped: list[str] = field(default_factory=list)
+    """Recordings that the data set had already."""
+    quarantined: list[Quarantined] = field(default_factory=list)
+    seconds: float = 0.0
+    bytes_in: int = 0
+    peak_rss_mib: float = 0.0
+    """Of the process that used most."""
+
+    @property
+    def rows(self) -> int:
+        """Rows of the new episodes."""
+        return sum(episode.rows for episode in self.episodes)
+
+    @property
+    def dropped(self) -> dict[str, int]:
+        """Messages that reached no row, by reason, over all episodes."""
+        total: dict[str, int] = {}
+        for episode in self.episodes:
+            for reason, count in episode.dropped.items():
+                total[reason] = total.get(reason, 0) + count
+        return total
+
+    def to_json(self) -> dict[str, object]:
+        """The report as ``navtool ingest --json`` prints it."""
+        return {
+            "dataset": self.dataset,
+            "dry_run": self.dry_run,
+            "episodes": len(self.episodes),
+            "rows": self.rows,
+            "dropped": self.dropped,
+            "quarantined": [plain(entry) for entry in self.quarantined],
+            "skipped": self.skipped,
+            "seconds": round(self.seconds, 3),
+            "bytes_in": self.bytes_in,
+            "peak_rss_mib": round(self.peak_rss_mib, 1),
+            "recordings": [plain(episode) for episode in self.episodes],
+        }

@@ -1,0 +1,153 @@
+"""The steps from a recording to an episode: plan it, read its segments, join and add them.
+
+Planning and reading may happen in other processes; what they take and return crosses between them.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from navtool.datasets.description import Description
+from navtool.datasets.errors import OutputError
+from navtool.datasets.files import write_json
+from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.episode import EpisodeFolder, join_segments, streams_folder
+from navtool.datasets.ingest.plan import EpisodePlan, plan_episode, source_name
+from navtool.datasets.ingest.report import EpisodeSummary
+from navtool.datasets.ingest.segment import Segment, SegmentResult, write_segment
+from navtool.datasets.ingest.settings import settings_hash, streams_left_out
+from navtool.datasets.ingest.store import Store
+from navtool.datasets.ingest.workers import Advance
+from navtool.datasets.lineage import code_version, plain, recording_sha256
+from navtool.datasets.recording import open_recording
+from navtool.datasets.robot import RobotConfig
+from navtool.datasets.schema import Contents, features_of
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """A recording's content hash and, unless the data set has it, the plan of its episode."""
+
+    sha256: str
+    size: int
+    plan: EpisodePlan | None
+
+
+def plan_step(
+    path: Path,
+    robot: RobotConfig,
+    config: IngestConfig,
+    fixed: Contents | None,
+    known: frozenset[str],
+    staged: Path | None,
+    advance: Advance,
+) -> Planned:
+    """Hash a recording and, unless it is known, read it once and write its small streams.
+
+    Args:
+        known: Content hashes of the recordings that need no work.
+        staged: The episode's staged folder; None writes nothing.
+    """
+    sha256, size = recording_sha256(path, advance)
+    if sha256 in known:
+        return Planned(sha256, size, None)
+    with _output_errors(staged), open_recording(path) as recording:
+        streams_to = None if staged is None else streams_folder(staged)
+        plan = plan_episode(recording, robot, config, fixed, streams_to, advance)
+    if fixed is not None and (extra := streams_left_out(fixed, plan.found)):
+        plan.notes.append(f"{', '.join(extra)}: not used, since the data set's first recording did not have them")
+    return Planned(sha256, size, plan)
+
+
+def segment_step(path: Path, segment: Segment, config: IngestConfig, staged: Path, advance: Advance) -> SegmentResult:
+    """Read one segment of a recording and write its part of the episode."""
+    with _output_errors(staged), open_recording(path) as recording:
+        return write_segment(recording, segment, config, staged, advance)
+
+
+def add_episode(
+    store: Store,
+    path: Path,
+    planned: Planned,
+    segments: Sequence[Segment],
+    results: Sequence[SegmentResult],
+    robot: RobotConfig,
+    config: IngestConfig,
+    staged: Path,
+) -> EpisodeSummary:
+    """Join the segments of a recording and make them an episode of the data set.
+
+    Raises:
+        OutputError: A file cannot be written; the data set is then as it was.
+    """
+    plan = planned.plan
+    if plan is None:
+        raise ValueError("a recording without a plan")
+    replaced = store.episode_from(source_name(path))
+    folder = EpisodeFolder(staged, store.numbering(replaced))
+    with _output_errors(staged):
+        join_segments(plan, segments, results, features_of(plan.contents), config.fps, folder)
+    dropped = dict(plan.dropped)
+    for result in results:
+        for name, count in result.undecodable.items():
+            key = f"{name}: cannot be decoded"
+            dropped[key] = dropped.get(key, 0) + count
+    if nonfinite := sum(result.points_nonfinite for result in results):
+        dropped["lidar points: not finite"] = nonfinite
+    plan.dropped = dropped
+    write_json(folder.beside / "calibration.json", plan.calibration.to_json())
+    number = folder.numbering.episode_index
+    summary = summary_of(plan, path, number, rebuilt=replaced is not None)
+    write_json(folder.beside / "sync.json", plan.sync_report | {"dropped": dropped, "notes": summary.notes})
+    description = Description(
+        fps=config.fps,
+        contents=plan.contents,
+        robot=plain(robot),  # type: ignore[arg-type]
+        ingest=plain(config),  # type: ignore[arg-type]
+        config_hash=settings_hash(robot, config),
+    )
+    provenance = {
+        "source": summary.source,
+        "sha256": planned.sha256,
+        "bytes": planned.size,
+        "place": path.resolve().parent.name if config.place == "{parent}" else config.place,
+        "recording_start_ns": plan.recording_start_ns,
+        "start_ns": int(plan.ticks_ns[0]),
+        "end_ns": int(plan.ticks_ns[-1]),
+        "topics": summary.topics,
+        "not_used": summary.not_used,
+        "config_hash": settings_hash(robot, config),
+        "code_version": code_version(),
+    }
+    if replaced is None:
+        store.commit(folder, description, provenance)
+    else:
+        store.replace(folder, provenance)
+    return summary
+
+
+def summary_of(plan: EpisodePlan, path: Path, episode: int | None, *, rebuilt: bool = False) -> EpisodeSummary:
+    """The episode as the report shows it."""
+    return EpisodeSummary(
+        episode=episode,
+        source=source_name(path),
+        rows=int(plan.ticks_ns.size),
+        topics=plan.topics.streams(),
+        not_used=[dict(plain(topic)) for topic in plan.topics.not_used],  # type: ignore[call-overload]
+        dropped=plan.dropped,
+        sync=dict(plan.sync_report),
+        notes=plan.notes,
+        rebuilt=rebuilt,
+    )
+
+
+@contextmanager
+def _output_errors(staged: Path | None) -> Iterator[None]:
+    """What the operating system says while files are written is said of the output."""
+    try:
+        yield
+    except OSError as error:
+        where = "the output" if staged is None else staged
+        cure = "free some space, or choose another disk"
+        raise OutputError(f"cannot be written ({error.strerror})", where=where, cure=cure) from error
