@@ -25,7 +25,7 @@ setup: $(VENV)/.installed ## install the locked environment and navtool into .ve
 $(VENV)/.installed: requirements.lock pyproject.toml
 	@uv --version >/dev/null 2>&1 || $(MAKE) --no-print-directory .uv/bin/uv
 	[ -x $(BIN)/python ] || $(UV) venv --quiet --python ">=3.12" $(VENV)
-	$(UV) pip sync --quiet --python $(BIN)/python requirements.lock
+	$(UV) pip sync --quiet --compile-bytecode --python $(BIN)/python requirements.lock
 	$(UV) pip install --quiet --python $(BIN)/python --no-deps --editable .
 	touch $@
 

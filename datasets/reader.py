@@ -19,6 +19,7 @@ from navtool.datasets.files import read_json
 from navtool.datasets.journal import recover
 from navtool.datasets.layout import Layout
 from navtool.datasets.schema import CLOUD_SIZE, IMAGE_KEY, POINTS_KEY, features_of
+from navtool.datasets.whole_clouds import WholeCloud, read_whole_clouds
 from navtool.pipeline.arrays import Array
 
 _REBUILD = "run `navtool check` on it; ingest its recording again"
@@ -150,6 +151,16 @@ class NavDataset:
         with _translated(path):
             table = pq.read_table(path)
         return {name: table.column(name).to_numpy() for name in table.column_names}
+
+    def clouds(self, episode: int) -> Iterator[WholeCloud]:
+        """An episode's clouds as they were recorded, one after the other; none where it has no LiDAR.
+
+        Raises:
+            DatasetsError: While iterating: a file is damaged.
+        """
+        folder = self.layout.episode(episode) / "clouds"
+        with _translated(folder):
+            yield from read_whole_clouds(folder)
 
     def lineage(self) -> dict[str, Any]:
         """What the data set was made from: recordings with hashes, settings, code."""

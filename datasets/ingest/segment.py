@@ -32,8 +32,7 @@ from navtool.datasets.schema import (
 )
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.cloud_reliability import cloud_reliability
-from navtool.pipeline.downsample import fixed_size_cloud, valid_returns
-from navtool.pipeline.geometry.transforms import apply_transform
+from navtool.pipeline.downsample import fixed_size_cloud
 from navtool.pipeline.image_reliability import image_reliability
 
 logger = logging.getLogger(__name__)
@@ -285,12 +284,14 @@ class _Rows:
         self._settle()
 
     def _in_base_frame(self, cloud: PointCloud, stamp_ns: int) -> tuple[Points, int]:
-        returned = valid_returns(cloud.xyz)
-        xyz = cloud.xyz if returned.all() else cloud.xyz[returned]
+        columns = np.ascontiguousarray(cloud.xyz.T)
+        returned = (columns != 0).any(axis=0)
+        if not returned.all():
+            columns = columns.compress(returned, axis=1)
         pose = self._segment.base_lidar
-        return fixed_size_cloud(
-            xyz if pose is None else apply_transform(pose, xyz), CLOUD_SIZE, stamp_ns, self._config.voxel_m
-        )
+        if pose is not None:
+            columns = pose[:3, :3].astype(np.float32) @ columns + pose[:3, 3:].astype(np.float32)
+        return fixed_size_cloud(columns.T, CLOUD_SIZE, stamp_ns, self._config.voxel_m)
 
     def _judge(self, keys: tuple[str, ...], ticks: list[int], values: tuple[float, ...]) -> None:
         for key, value in zip(keys, values, strict=True):

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
@@ -14,9 +13,9 @@ from mcap.writer import Writer
 from navtool.datasets.check import check_dataset
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.ingest.steps import segment_step
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.ingest.report import IngestReport
+from navtool.datasets.ingest.steps import segment_step
 from navtool.datasets.ingest.store import open_store
 from navtool.datasets.lineage import file_sha256
 from navtool.datasets.reader import NavDataset
@@ -91,10 +90,11 @@ def test_clouds_lie_in_the_robot_frame_in_front_and_whole_beside(
     assert (points[:, 0] >= 0).all()
     assert points[:, 2].min() > -0.5 + 0.6 - 1e-3, "the lidar sits 0.6 m above the base"
     assert np.abs(points * 1000 - np.rint(points * 1000)).max() < 1e-2
-    clouds = pq.read_table(dataset.layout.episode(0) / "clouds")
-    assert clouds.num_rows == 30
-    assert len(clouds.column("intensity")[0]) == 600
-    assert clouds.column("frame_index").to_pylist() == list(range(30))
+    clouds = list(dataset.clouds(0))
+    assert [cloud.frame_index for cloud in clouds] == list(range(30))
+    assert all(len(cloud.xyz) == 600 for cloud in clouds)
+    assert clouds[3].intensity is not None
+    assert clouds[3].intensity.shape == (600,)
     imu = dataset.stream(0, "imu")
     assert imu is not None
     assert len(imu["stamp_ns"]) == 300

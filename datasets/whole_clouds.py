@@ -1,0 +1,60 @@
+"""Clouds as they were recorded, read back from beside the rows."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+from jaxtyping import Float32, Shaped, UInt16
+
+from navtool.pipeline.arrays import Array
+
+
+@dataclass(frozen=True, slots=True)
+class WholeCloud:
+    """A cloud with all its points, in the sensor's frame and in the order of record.
+
+    Attributes:
+        stamp_ns: Its time on the clock of the grid.
+        record_ns: When it was recorded.
+        frame_index: The first row of its episode that it serves; -1 where it serves none.
+        xyz: Metres.
+        intensity: In the sensor's own scale; None where it was not recorded.
+        ring: Index of the laser; None where it was not recorded.
+        time_s: Seconds from the header's stamp; None where it was not recorded.
+    """
+
+    stamp_ns: int
+    record_ns: int
+    frame_index: int
+    xyz: Float32[Array, "n 3"]
+    intensity: Float32[Array, " n"] | None
+    ring: UInt16[Array, " n"] | None
+    time_s: Float32[Array, " n"] | None
+
+
+def read_whole_clouds(folder: Path) -> Iterator[WholeCloud]:
+    """The clouds of an episode in the order of record, in the memory of one row group."""
+    for part in sorted(folder.glob("part-*.parquet")):
+        with pq.ParquetFile(part) as file:
+            for group in range(file.num_row_groups):
+                for row in file.read_row_group(group, use_threads=False).to_pylist():
+                    yield _cloud(row)
+
+
+def _cloud(row: dict[str, Any]) -> WholeCloud:
+    return WholeCloud(
+        stamp_ns=row["stamp_ns"],
+        record_ns=row["record_ns"],
+        frame_index=row["frame_index"],
+        xyz=np.frombuffer(row["xyz_m"], "<f4").reshape(-1, 3),
+        intensity=_array(row["intensity"], "<f4"),
+        ring=_array(row["ring"], "<u2"),
+        time_s=_array(row["time_s"], "<f4"),
+    )
+
+
+def _array(content: bytes | None, dtype: str) -> Shaped[Array, " n"] | None:
+    return None if content is None else np.frombuffer(content, dtype)
