@@ -4,6 +4,9 @@ import json
 import os
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
+
 from navtool.datasets.errors import DatasetsError, OutputError
 
 
@@ -30,6 +33,14 @@ def write_bytes(path: Path, content: bytes) -> None:
         temporary.unlink(missing_ok=True)
         cure = "check the disk's space and the folder's rights"
         raise OutputError(f"cannot be written ({error.strerror})", where=path, cure=cure) from error
+
+
+def parquet_bytes(table: pa.Table) -> bytes:
+    """A small table as a Parquet file."""
+    sink = pa.BufferOutputStream()
+    pq.write_table(table, sink)
+    content: bytes = sink.getvalue().to_pybytes()
+    return content
 
 
 def read_json(path: Path, cure: str) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""New label columns in a data set's files, all else kept."""
+"""New values in a data set's files, all else kept."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,23 +8,26 @@ import pyarrow.parquet as pq
 from jaxtyping import Shaped
 
 from navtool.datasets.errors import DatasetsError
+from navtool.datasets.files import parquet_bytes, write_bytes
 from navtool.datasets.ingest.data_file import WRITER_OPTIONS, to_arrow
 from navtool.datasets.ingest.stats import Stats
 from navtool.pipeline.arrays import Array
 
 
-def rewrite_columns(source: Path, out: Path, columns: Mapping[str, Shaped[Array, "rows *shape"]]) -> None:
+def rewrite_columns(
+    source: Path, out: Path, schema: pa.Schema, columns: Mapping[str, Shaped[Array, "rows *shape"]]
+) -> None:
     """Write a data file again with some columns replaced, one row group at a time.
 
-    Schema with its metadata, row groups, compression and every other value stay; the same input gives the same bytes.
+    Row groups, compression and every other value stay: the bytes are those that ingest would have written.
 
     Args:
         source: A data file.
         out: Where to write; an existing file is replaced.
+        schema: The data set's; the one read back from a file is equal, but not to the bit.
         columns: Values of all rows, by column name.
     """
-    with _opened(source) as file, pq.ParquetWriter(out, file.schema_arrow, **WRITER_OPTIONS) as writer:
-        schema: pa.Schema = file.schema_arrow
+    with _opened(source) as file, pq.ParquetWriter(out, schema, **WRITER_OPTIONS) as writer:
         first = 0
         for group in range(file.num_row_groups):
             table = _read_group(file, group, source)
@@ -55,12 +58,14 @@ def _damaged(source: Path, error: Exception) -> DatasetsError:
     return DatasetsError(f"cannot be read ({first})", where=source, cure="run `navtool check` on the data set")
 
 
-def rewrite_stats(source: Path, out: Path, stats: Mapping[str, Stats]) -> None:
-    """Write an episode's metadata again with the statistics of some columns replaced."""
-    table = pq.read_table(source)
-    for key, of_column in stats.items():
-        for name, value in of_column.items():
-            place = table.schema.get_field_index(f"stats/{key}/{name}")
-            field = table.schema.field(place)
-            table = table.set_column(place, field, pa.array([value], type=field.type))
-    pq.write_table(table, out)
+def rewrite_entry(source: Path, out: Path, changes: Mapping[str, object]) -> None:
+    """Write an episode's entry again with some of its values replaced, by column name."""
+    entry = pq.read_table(source).to_pylist()[0]
+    if unknown := sorted(set(changes) - set(entry)):
+        raise DatasetsError(f"has no {', '.join(unknown)}", where=source, cure="ingest the recording again")
+    write_bytes(out, parquet_bytes(pa.Table.from_pylist([entry | dict(changes)])))
+
+
+def stats_columns(stats: Mapping[str, Stats]) -> dict[str, object]:
+    """The statistics of some columns as an episode's entry names them."""
+    return {f"stats/{key}/{name}": value for key, of_column in stats.items() for name, value in of_column.items()}

@@ -20,7 +20,7 @@ from navtool.datasets.ingest.segment import Segment, SegmentResult, cut_segments
 from navtool.datasets.ingest.settings import refuse_other_contents, refuse_other_settings, settings_hash
 from navtool.datasets.ingest.steps import Planned, add_episode, plan_step, segment_step, summary_of
 from navtool.datasets.ingest.store import Store, open_store
-from navtool.datasets.ingest.workers import Workers, make_workers
+from navtool.datasets.ingest.workers import Workers, make_workers, outcome
 from navtool.datasets.robot import RobotConfig
 from navtool.datasets.schema import Contents
 
@@ -210,7 +210,7 @@ class _Line:
         """Have the segments of a recording read once it is planned; note what failed."""
         try:
             if entry.plan is None and entry.planning.done():
-                entry.plan = entry.planning.result()
+                entry.plan = outcome(entry.planning)
                 plan = entry.plan.plan
                 if plan is None or self._job.dry_run:
                     return
@@ -223,14 +223,15 @@ class _Line:
                     for segment in entry.segments
                 ]
             for future in entry.reading:
-                if future.done() and (error := future.exception()) is not None:
-                    raise error
+                if future.done():
+                    outcome(future)
         except OutputError:
             raise
         except DatasetsError as error:
             entry.failed = error
             for future in entry.reading:
                 future.cancel()
+            entry.reading = [future for future in entry.reading if not future.cancelled()]
 
     def _conclude(self, entry: _Recording) -> None:
         """The recording that is first in the line becomes an episode, or is left out with its reason."""

@@ -3,11 +3,12 @@
 import json
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from navtool.datasets.description import Description
+from navtool.datasets.files import parquet_bytes
 from navtool.datasets.ingest.episode import EpisodeFolder
 from navtool.datasets.layout import DATA_PATH, FILES_PER_CHUNK, VIDEO_PATH, Layout
+from navtool.datasets.rewrite import stats_columns
 from navtool.datasets.schema import CODEBASE_VERSION, IMAGE_KEY, features_of
 
 
@@ -51,9 +52,9 @@ def episode_entry(staged: EpisodeFolder, description: Description, task: str) ->
             f"videos/{IMAGE_KEY}/from_timestamp": 0.0,
             f"videos/{IMAGE_KEY}/to_timestamp": staged.rows / description.fps,
         }
-    entry |= {f"stats/{key}/{name}": value for key, stats in staged.stats.items() for name, value in stats.items()}
+    entry |= stats_columns(staged.stats)
     entry |= {"meta/episodes/chunk_index": place["chunk_index"], "meta/episodes/file_index": place["file_index"]}
-    return _parquet(pa.Table.from_pylist([entry]))
+    return parquet_bytes(pa.Table.from_pylist([entry]))
 
 
 def task_table(task: str) -> bytes:
@@ -75,11 +76,4 @@ def task_table(task: str) -> bytes:
         "pandas_version": "2.0.0",
     }
     table = pa.table({"task_index": pa.array([0], pa.int64()), "task": pa.array([task], pa.string())})
-    return _parquet(table.replace_schema_metadata({"pandas": json.dumps(pandas)}))
-
-
-def _parquet(table: pa.Table) -> bytes:
-    sink = pa.BufferOutputStream()
-    pq.write_table(table, sink)
-    content: bytes = sink.getvalue().to_pybytes()
-    return content
+    return parquet_bytes(table.replace_schema_metadata({"pandas": json.dumps(pandas)}))

@@ -1,10 +1,10 @@
 """Putting a new episode in the place of an old one of the same recording."""
 
 import shutil
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
 import pyarrow.parquet as pq
 
 from navtool.datasets.description import Description
@@ -15,7 +15,8 @@ from navtool.datasets.ingest.metadata import episode_entry, info_of
 from navtool.datasets.ingest.stats import Stats, aggregate, column_stats
 from navtool.datasets.journal import commit, staged
 from navtool.datasets.layout import Layout
-from navtool.datasets.rewrite import rewrite_columns, rewrite_stats
+from navtool.datasets.rewrite import rewrite_columns, rewrite_entry, stats_columns
+from navtool.datasets.schema import arrow_schema, features_of
 
 
 def replace_episode(
@@ -41,30 +42,29 @@ def replace_episode(
         write_bytes(staged(layout.episode_meta(number)), episode_entry(new, description, task))
         if moved:
             for episode in range(number + 1, episodes):
-                _count_on(layout, episode, spans[episode], moved)
+                _count_on(layout, description, episode, spans[episode], moved)
                 targets += [layout.data(episode), layout.episode_meta(episode)]
     except OSError as error:
         where = layout.root
         raise OutputError(f"cannot be written ({error.strerror})", where=where, cure="check the space") from error
     metas = [layout.episode_meta(episode) for episode in range(episodes)]
-    stats = aggregate([_stats(staged(meta) if staged(meta).exists() else meta) for meta in metas])
+    each = [_stats(staged(meta) if staged(meta).exists() else meta) for meta in metas]
+    # One after the other, as episodes are added: sums in another order would differ in the last digit.
+    stats = reduce(lambda before, next_one: aggregate([before, next_one]), each)
     write_json(staged(layout.stats), stats)
     write_json(staged(layout.info), info_of(description, episodes, total))
     commit(layout.root, [*targets, layout.stats, layout.info], remove=[layout.beside / "labels.json"])
     return stats, total
 
 
-def _count_on(layout: Layout, episode: int, span: tuple[int, int], moved: int) -> None:
+def _count_on(layout: Layout, description: Description, episode: int, span: tuple[int, int], moved: int) -> None:
     """Write an episode's counters again, for a data set in which so many more rows stand before it."""
-    index = np.arange(span[0] + moved, span[1] + moved, dtype=np.int64)
+    first, end = span[0] + moved, span[1] + moved
+    index = np.arange(first, end, dtype=np.int64)
     data, meta = layout.data(episode), layout.episode_meta(episode)
-    rewrite_columns(data, staged(data), {"index": index})
-    rewrite_stats(meta, staged(meta), {"index": column_stats(index)})
-    table = pq.read_table(staged(meta))
-    for name, value in zip(("dataset_from_index", "dataset_to_index"), (index[0], index[-1] + 1), strict=True):
-        place = table.schema.get_field_index(name)
-        table = table.set_column(place, table.schema.field(place), pa.array([int(value)], pa.int64()))
-    pq.write_table(table, staged(meta))
+    rewrite_columns(data, staged(data), arrow_schema(features_of(description.contents)), {"index": index})
+    changed = {"dataset_from_index": first, "dataset_to_index": end}
+    rewrite_entry(meta, staged(meta), changed | stats_columns({"index": column_stats(index)}))
 
 
 def _span(meta: Path) -> tuple[int, int]:

@@ -49,6 +49,25 @@ def make_workers(count: int, advance: Advance) -> Workers:
     return _Here(advance) if count == 1 else _Processes(count, advance)
 
 
+def outcome[T](future: Future[T]) -> T:
+    """The result of work that is done, or its error.
+
+    Raises:
+        OutputError: The process that did it is gone.
+    """
+    try:
+        return future.result()
+    except BrokenProcessPool as error:
+        raise _broken() from error
+
+
+def _broken() -> OutputError:
+    return OutputError(
+        "a worker process was ended from outside, perhaps for want of memory",
+        cure="run the command again, with fewer --workers; what was reported as done is done",
+    )
+
+
 class _Here:
     """Every function is called at once, in this process."""
 
@@ -101,9 +120,7 @@ class _Processes:
         try:
             return self._pool.submit(_call, function, *arguments)
         except BrokenProcessPool as error:
-            raise OutputError(
-                "a worker ended of itself", cure="look at the system's memory; use fewer --workers"
-            ) from error
+            raise _broken() from error
 
     def wait(self, futures: Collection[Future[Any]]) -> None:
         wait(futures, _POLL_S, FIRST_COMPLETED)

@@ -21,7 +21,8 @@ from navtool.datasets.labels.events import Bag, Event, read_events
 from navtool.datasets.labels.report import EventsFile, LabelReport
 from navtool.datasets.lineage import code_version, config_hash, file_sha256, plain
 from navtool.datasets.reader import Episode, NavDataset
-from navtool.datasets.rewrite import rewrite_columns, rewrite_stats
+from navtool.datasets.rewrite import rewrite_columns, rewrite_entry, stats_columns
+from navtool.datasets.schema import arrow_schema
 
 logger = logging.getLogger(__name__)
 
@@ -144,7 +145,7 @@ def _write_data(
 
     def write(index: int) -> None:
         target = dataset.layout.data(index)
-        rewrite_columns(target, staged(target), labelled[index].columns)
+        rewrite_columns(target, staged(target), arrow_schema(dataset.features), labelled[index].columns)
 
     try:
         with ThreadPoolExecutor(max_workers=workers) as pool:
@@ -164,7 +165,7 @@ def _write_stats(dataset: NavDataset, labelled: list[EpisodeLabels]) -> list[Pat
     ]
     targets = [dataset.layout.episode_meta(index) for index in range(len(labelled))]
     for target, stats in zip(targets, per_episode, strict=True):
-        rewrite_stats(target, staged(target), stats)
+        rewrite_entry(target, staged(target), stats_columns(stats))
     total = read_json(dataset.layout.stats, _REBUILD) | aggregate(per_episode)
     write_json(staged(dataset.layout.stats), total)
     return [*targets, dataset.layout.stats]
