@@ -1,15 +1,70 @@
 """Which time of a message counts: the stamp of its header, or when it was recorded."""
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Int64
+from numpy.lib.stride_tricks import sliding_window_view
 
+from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.arrays import Array
 
 OTHER_EPOCH_NS = 1_000_000_000
 """Clocks that are further apart than this count from another origin (simulated time, a clock never set)."""
 NO_STAMP = -1
+
+
+class Clock(StrEnum):
+    """Which time of a stream's messages counts."""
+
+    auto = "auto"
+    """The header's stamp where it can be used, else the time of record; the sync report says which and why."""
+    header = "header"
+    """The header's stamp, whatever it says."""
+    record = "record"
+    """The time of record."""
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """A step of a stream's header clock: its messages were recorded at their pace, but their stamps leapt."""
+
+    position: int
+    """The first message behind the step, in the order of record."""
+    by_ns: int
+    """How far the stamps leapt beyond the pace of record; negative is backwards."""
+
+
+def mend_jumps(
+    header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"], step_ns: int
+) -> tuple[Int64[Array, " n"], tuple[Jump, ...]]:
+    """The header stamps without the steps of their clock.
+
+    A step is where two messages were recorded at the stream's usual pace but their stamps are further apart, or further
+    back, than that by more than `step_ns`. Behind it the stamps go on at the pace of record. A pause of the stream
+    moves both clocks and is none; messages that the recorder wrote late, all at once, are none either.
+
+    Args:
+        header_ns: In the order of record; -1 without header, 0 where it was left empty.
+        record_ns: When each message was recorded.
+        step_ns: The least step that is taken out.
+    """
+    stamped = np.flatnonzero(header_ns > 0)
+    if stamped.size < 3:
+        return header_ns, ()
+    header_step, record_step = np.diff(header_ns[stamped]), np.diff(record_ns[stamped])
+    usual = np.median(record_step)
+    leapt = np.abs(header_step - np.median(header_step)) > step_ns
+    around = np.median(sliding_window_view(np.pad(record_step, 2, mode="edge"), 5), axis=1)
+    paced = (np.abs(record_step - usual) < step_ns / 2) & (around > usual / 2) & (around < usual * 2)
+    steps = leapt & paced & (np.abs(header_step - record_step) > step_ns)
+    if not steps.any():
+        return header_ns, ()
+    surplus = np.where(steps, header_step - record_step, 0)
+    mended = header_ns.copy()
+    mended[stamped[1:]] -= np.cumsum(surplus)
+    return mended, tuple(Jump(int(stamped[i + 1]), int(surplus[i])) for i in np.flatnonzero(steps))
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +143,10 @@ def reference_clock(header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"]
 
 
 def stream_time(
-    header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"], reference: ReferenceClock | None
+    header_ns: Int64[Array, " n"],
+    record_ns: Int64[Array, " n"],
+    reference: ReferenceClock | None,
+    clock: Clock = Clock.auto,
 ) -> StreamTime:
     """Order a stream by its header stamps where they can be used, else by record time.
 
@@ -98,18 +156,28 @@ def stream_time(
         reference: Clock of the stream that makes the grid; None if it has no headers. A stream without usable headers
             is moved onto it where it counts from another origin, so that recordings in simulated time keep their
             streams together.
+        clock: Which of the two is wanted.
+
+    Raises:
+        DatasetsError: Header stamps are wanted and there are none.
     """
     offset = clock_offset(header_ns, record_ns)
     stamped = header_ns > 0
     notes: list[str] = []
     away_ns = None if offset is None else offset - (0 if reference is None else reference.offset_ns)
-    if away_ns is not None and abs(away_ns) <= OTHER_EPOCH_NS and stamped.sum() * 2 > stamped.size:
+    if clock is Clock.header and not stamped.any():
+        raise DatasetsError(
+            "no message has a header stamp, which the settings ask for", cure="set its clock to auto or record"
+        )
+    fits = away_ns is not None and abs(away_ns) <= OTHER_EPOCH_NS and stamped.sum() * 2 > stamped.size
+    if clock is Clock.header or (clock is Clock.auto and fits):
         source, times, usable = "header", header_ns, stamped
     else:
         source, usable = "record", np.ones(stamped.size, dtype=np.bool_)
         times = record_ns if reference is None else reference.from_record(record_ns)
         moved = reference is not None and reference.other_epoch
-        notes.append(_why_record_time(header_ns, away_ns) + (", moved onto the clock of the headers" if moved else ""))
+        why = "record time, as set" if clock is Clock.record else _why_record_time(header_ns, away_ns)
+        notes.append(why + (", moved onto the clock of the headers" if moved else ""))
     positions = np.flatnonzero(usable)
     kept = times[positions]
     backwards = int((np.diff(kept) < 0).sum())

@@ -7,6 +7,7 @@ from jaxtyping import Float64, Int64, Shaped
 
 from navtool.datasets.ingest.clock import StreamTime
 from navtool.datasets.ingest.config import SyncConfig
+from navtool.datasets.ingest.motion import Motion
 from navtool.datasets.ingest.scan import StreamScan
 from navtool.datasets.schema import (
     ACTION_KEY,
@@ -137,6 +138,15 @@ def _unit_quaternions(stream: TimedStream) -> Float64[Array, "kept 4"]:
     quaternions = stream.columns("qx", "qy", "qz", "qw")
     unset = np.linalg.norm(quaternions, axis=1) < 1e-6
     return np.where(unset[:, None], np.array([0.0, 0.0, 0.0, 1.0]), quaternions)
+
+
+def motion_of(odometry: TimedStream | None, max_gap_s: float) -> Motion | None:
+    """The robot's motion by its odometry, where it has one."""
+    if odometry is None or not len(odometry.values):
+        return None
+    finite = np.isfinite(odometry.values).all(axis=1)
+    position = odometry.columns("x_m", "y_m", "z_m")[finite]
+    return Motion(odometry.time.stamps_ns[finite], position, _unit_quaternions(odometry)[finite], max_gap_s)
 
 
 def _relative_pose(stream: TimedStream, around: Brackets) -> Float64[Array, "ticks 6"]:

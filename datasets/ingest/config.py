@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field, fields
 
+from navtool.datasets.ingest.clock import Clock
 from navtool.pipeline.cloud_reliability import CloudReliabilityConfig
 from navtool.pipeline.image_reliability import ImageReliabilityConfig
 
@@ -25,12 +26,41 @@ class SyncConfig:
     """The newest battery state holds for this long."""
     command_max_age_s: float = 0.5
     """The newest command holds for this long."""
+    clock_step_s: float = 0.5
+    """Steps of a header clock beyond this are taken out: behind them, time goes on at the pace of record."""
 
     def __post_init__(self) -> None:
         for entry in fields(self):
             value: float = getattr(self, entry.name)
             if not (math.isfinite(value) and 0 < value <= 60):
                 raise ValueError(f"sync.{entry.name} = {value} s is outside (0, 60] s")
+
+
+@dataclass(kw_only=True, slots=True)
+class ClockConfig:
+    """Which time of its messages counts, per stream: auto, header or record."""
+
+    image: Clock = Clock.auto
+    """Camera frames."""
+    lidar: Clock = Clock.auto
+    """Clouds."""
+    odometry: Clock = Clock.auto
+    """Odometry."""
+    imu: Clock = Clock.auto
+    """IMU."""
+    joints: Clock = Clock.auto
+    """Joint states."""
+    battery: Clock = Clock.auto
+    """Battery."""
+    command: Clock = Clock.auto
+    """Commanded velocities."""
+    intervention: Clock = Clock.auto
+    """The operator's flag."""
+
+    def of(self, stream: str) -> Clock:
+        """The choice for a stream."""
+        choice: Clock = getattr(self, stream)
+        return choice
 
 
 @dataclass(kw_only=True, slots=True)
@@ -45,6 +75,10 @@ class IngestConfig:
     """Edge of the voxels by which a cloud is thinned before points are drawn at random, in metres; 0 turns it off."""
     sync: SyncConfig = field(default_factory=SyncConfig)
     """Tolerances."""
+    clock: ClockConfig = field(default_factory=ClockConfig)
+    """Header stamps or times of record."""
+    deskew: bool = False
+    """Whether a row's points are moved to where they were at the cloud's stamp, by odometry and their own times."""
     image_reliability: ImageReliabilityConfig = field(default_factory=ImageReliabilityConfig)
     """GrASPE eq. (1) and (2), on the frame at the camera's own resolution."""
     cloud_reliability: CloudReliabilityConfig = field(default_factory=CloudReliabilityConfig)

@@ -9,11 +9,14 @@ from jaxtyping import Int64
 
 from navtool.datasets.calibration import Calibration, calibrate
 from navtool.datasets.errors import DatasetsError
-from navtool.datasets.ingest.clock import StreamTime, reference_clock, stream_time
-from navtool.datasets.ingest.columns import Column, TimedStream, small_columns
+from navtool.datasets.ingest.clock import StreamTime
+from navtool.datasets.ingest.clocks import Clocks
+from navtool.datasets.ingest.columns import Column, TimedStream, motion_of, small_columns
 from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.motion import Motion
 from navtool.datasets.ingest.scan import LARGE, Scan, StreamScan, scan_recording
 from navtool.datasets.ingest.sidecar import write_streams
+from navtool.datasets.ingest.sync_report import sync_report
 from navtool.datasets.recording import Recording
 from navtool.datasets.robot import RobotConfig
 from navtool.datasets.schema import Contents
@@ -51,6 +54,8 @@ class EpisodePlan:
     ticks_ns: Int64[Array, " ticks"]
     columns: dict[str, Column]
     large: dict[str, LargeStream]
+    motion: Motion | None
+    """By which clouds are compensated; None where that is not wanted or there is no odometry."""
     calibration: Calibration
     recording_start_ns: int
     """When the recording began, on the grid's clock; events are counted from it."""
@@ -82,7 +87,8 @@ def plan_episode(
         raise DatasetsError(_nothing_usable(recording, topics), where=recording.path, cure=_CURE_NOTHING)
     joint_names = fixed.joint_names if fixed is not None else tuple(robot.joint_names)
     scan = scan_recording(recording, topics, joint_names, advance)
-    grid_stream, times, ticks = _grid(recording, topics, scan, config.fps)
+    clocks = Clocks.of(scan, config)
+    grid_stream, times, ticks = _grid(recording, topics, scan, clocks, config.fps)
     found = _contents(scan)
     contents = fixed or found
     small = {name: TimedStream.of(stream, times[name]) for name, stream in scan.streams.items() if name not in LARGE}
@@ -108,6 +114,8 @@ def plan_episode(
     if streams_to is not None:
         write_streams(streams_to, small, calibration.base_imu)
     notes = [*topics.notes, *columns.notes, *_calibration_notes(scan, calibration)]
+    if config.deskew and "odometry" not in small and "lidar" in large:
+        notes.append("lidar: no odometry to compensate the robot's motion with; points stay as measured")
     return EpisodePlan(
         topics=topics,
         found=found,
@@ -115,9 +123,10 @@ def plan_episode(
         ticks_ns=ticks,
         columns=columns.values,
         large=large,
+        motion=motion_of(small.get("odometry"), config.sync.state_max_gap_s) if config.deskew else None,
         calibration=calibration,
-        recording_start_ns=_on_grid_clock(recording.start_ns, scan, grid_stream),
-        sync_report=_sync_report(scan, times, grid_stream, ticks, columns.values),
+        recording_start_ns=clocks.on_clock_of(grid_stream, recording.start_ns),
+        sync_report=sync_report(scan, clocks, times, grid_stream, ticks, columns.values, config.sync),
         dropped=_dropped(scan, times, large, ticks),
         notes=notes,
     )
@@ -141,13 +150,13 @@ def _nothing_usable(recording: Recording, topics: TopicMap) -> str:
 
 
 def _grid(
-    recording: Recording, topics: TopicMap, scan: Scan, fps: int
+    recording: Recording, topics: TopicMap, scan: Scan, clocks: Clocks, fps: int
 ) -> tuple[str, dict[str, StreamTime], Int64[Array, " ticks"]]:
     """The first stream that spans two ticks, every stream's time on its clock, and the ticks."""
     spans = []
     for name in GRID_STREAMS:
         if name in scan.streams:
-            times = _times(scan, name)
+            times = clocks.times(name)
             stamps = times[name].stamps_ns
             ticks = _from_first_state(grid_ticks(int(stamps[0]), int(stamps[-1]), fps), times.get("odometry"))
             if ticks.size >= MIN_ROWS:
@@ -168,18 +177,6 @@ def _from_first_state(ticks: Int64[Array, " n"], odometry: StreamTime | None) ->
         return ticks
     kept: Array = ticks[ticks >= odometry.stamps_ns[0]]
     return kept
-
-
-def _times(scan: Scan, grid_stream: str) -> dict[str, StreamTime]:
-    reference = reference_clock(*scan.streams[grid_stream].stamps)
-    return {name: stream_time(*stream.stamps, reference) for name, stream in scan.streams.items()}
-
-
-def _on_grid_clock(record_ns: int, scan: Scan, grid_stream: str) -> int:
-    """A time of record on the grid's clock, which is another one where recording was done in simulated time."""
-    reference = reference_clock(*scan.streams[grid_stream].stamps)
-    moment = np.array([record_ns], dtype=np.int64)
-    return int(moment[0] if reference is None else reference.from_record(moment)[0])
 
 
 def _contents(scan: Scan) -> Contents:
@@ -216,44 +213,6 @@ def _calibration_notes(scan: Scan, calibration: Calibration) -> list[str]:
             kept = "its pose stays unknown" if sensor == "image" else "its axes are taken for the base frame's"
             notes.append(f"{sensor}: no transform from the base frame to {frame} and no mounting configured; {kept}")
     return notes
-
-
-def _sync_report(
-    scan: Scan,
-    times: dict[str, StreamTime],
-    grid_stream: str,
-    ticks: Int64[Array, " ticks"],
-    columns: dict[str, Column],
-) -> dict[str, object]:
-    streams: dict[str, object] = {}
-    for name, time in times.items():
-        column = {"odometry": "state", "command": "action"}.get(name, name)
-        valid = columns.get(f"valid.{column}")
-        errors = np.abs(columns[f"sync.error_s.{column}"][valid]) if valid is not None else np.zeros(0)
-        gaps = np.diff(time.stamps_ns) * 1e-9
-        streams[name] = {
-            "topic": scan.streams[name].topic,
-            "messages": len(scan.streams[name].record_ns),
-            "clock": time.source,
-            "rate_hz": round(1.0 / float(np.median(gaps)), 3) if gaps.size else None,
-            "gap_max_s": round(float(gaps.max()), 6) if gaps.size else None,
-            "header_minus_record_s": None if time.offset_ns is None else round(time.offset_ns * 1e-9, 6),
-            "backwards": time.backwards,
-            "repeated": time.repeated,
-            "unstamped": time.unstamped,
-            "undecodable": scan.streams[name].undecodable,
-            "ticks_served": None if valid is None else int(valid.sum()),
-            "error_median_s": round(float(np.median(errors)), 6) if errors.size else None,
-            "error_max_s": round(float(errors.max()), 6) if errors.size else None,
-            "notes": list(time.notes),
-        }
-    return {
-        "grid_stream": grid_stream,
-        "start_ns": int(ticks[0]),
-        "end_ns": int(ticks[-1]),
-        "ticks": int(ticks.size),
-        "streams": streams,
-    }
 
 
 def _dropped(

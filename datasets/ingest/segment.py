@@ -17,6 +17,7 @@ from jaxtyping import Bool, Float32, Float64, Shaped, UInt8
 from navtool.datasets.decode.messages import ImageFrame, PointCloud
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.motion import Motion
 from navtool.datasets.ingest.plan import EpisodePlan, LargeStream
 from navtool.datasets.ingest.sidecar import CloudFile
 from navtool.datasets.ingest.stats import CloudStats, ImageStats
@@ -33,12 +34,18 @@ from navtool.datasets.schema import (
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.cloud_reliability import cloud_reliability
 from navtool.pipeline.downsample import fixed_size_cloud
+from navtool.pipeline.geometry.deskew import deskewed
 from navtool.pipeline.image_reliability import image_reliability
 
 logger = logging.getLogger(__name__)
 
 TICKS_PER_SEGMENT = 512
 """A multiple of the rows of a row group, so that none spans two segments."""
+
+_KNOTS = 17
+"""Moments of a sweep for which the robot's pose is taken from odometry."""
+_SWEEP_NS = 1_000_000_000
+"""No sweep lasts longer."""
 
 type Image = UInt8[Array, "240 320 3"]
 type Points = Float32[Array, "10000 3"]
@@ -74,6 +81,8 @@ class Segment:
     image: bool
     lidar: bool
     base_lidar: Float64[Array, "4 4"] | None
+    motion: Motion | None
+    """The robot's motion in this portion, by which its clouds are compensated; None leaves them as measured."""
 
 
 @dataclass(slots=True)
@@ -86,6 +95,8 @@ class SegmentResult:
     """Ticks, by stream, whose message cannot be decoded or never came."""
     undecodable: dict[str, int] = field(default_factory=dict)
     points_nonfinite: int = 0
+    not_deskewed: int = 0
+    """Clouds that were to be compensated for the robot's motion and could not be."""
     images: ImageStats = field(default_factory=ImageStats)
     clouds: CloudStats = field(default_factory=CloudStats)
 
@@ -139,7 +150,13 @@ def _segment(
         image=plan.contents.image,
         lidar=plan.contents.lidar,
         base_lidar=plan.calibration.base_lidar,
+        motion=None if plan.motion is None else _motion(plan.motion, plan.large.get("lidar"), needed.get("lidar", [])),
     )
+
+
+def _motion(motion: Motion, clouds: LargeStream | None, positions: list[int]) -> Motion | None:
+    stamps = [] if clouds is None else [clouds.stamps_ns[p] for p in positions if p in clouds.stamps_ns]
+    return motion.between(min(stamps) - _SWEEP_NS, max(stamps) + _SWEEP_NS) if stamps else None
 
 
 def _cut(stream: LargeStream, count: int) -> list[tuple[list[int], list[int]]]:
@@ -285,13 +302,29 @@ class _Rows:
 
     def _in_base_frame(self, cloud: PointCloud, stamp_ns: int) -> tuple[Points, int]:
         columns = np.ascontiguousarray(cloud.xyz.T)
+        time_s = cloud.time_s
         returned = (columns != 0).any(axis=0)
         if not returned.all():
             columns = columns.compress(returned, axis=1)
+            time_s = None if time_s is None else time_s[returned]
         pose = self._segment.base_lidar
         if pose is not None:
             columns = pose[:3, :3].astype(np.float32) @ columns + pose[:3, 3:].astype(np.float32)
+        if self._config.deskew:
+            columns = self._deskewed(columns, time_s, stamp_ns)
         return fixed_size_cloud(columns.T, CLOUD_SIZE, stamp_ns, self._config.voxel_m)
+
+    def _deskewed(
+        self, columns: Float32[Array, "3 n"], time_s: Float32[Array, " n"] | None, stamp_ns: int
+    ) -> Float32[Array, "3 n"]:
+        motion = self._segment.motion
+        if time_s is not None and motion is not None and time_s.size:
+            knots = np.linspace(float(time_s.min()), float(time_s.max()) + 1e-6, _KNOTS)
+            poses = motion.relative_to(stamp_ns, stamp_ns + np.rint(knots * 1e9).astype(np.int64))
+            if poses is not None:
+                return deskewed(columns, time_s, knots, poses)
+        self.result.not_deskewed += 1
+        return columns
 
     def _judge(self, keys: tuple[str, ...], ticks: list[int], values: tuple[float, ...]) -> None:
         for key, value in zip(keys, values, strict=True):

@@ -18,6 +18,7 @@ from navtool.datasets.ingest.report import EpisodeSummary
 from navtool.datasets.ingest.segment import Segment, SegmentResult, write_segment
 from navtool.datasets.ingest.settings import settings_hash, streams_left_out
 from navtool.datasets.ingest.store import Store
+from navtool.datasets.ingest.sync_report import stream_notes
 from navtool.datasets.ingest.workers import Advance
 from navtool.datasets.lineage import code_version, plain, recording_sha256
 from navtool.datasets.recording import open_recording
@@ -95,6 +96,8 @@ def add_episode(
             dropped[key] = dropped.get(key, 0) + count
     if nonfinite := sum(result.points_nonfinite for result in results):
         dropped["lidar points: not finite"] = nonfinite
+    if left := sum(result.not_deskewed for result in results):
+        plan.notes.append(f"lidar: {left} clouds without point times or odometry around them; points stay as measured")
     plan.dropped = dropped
     write_json(folder.beside / "calibration.json", plan.calibration.to_json())
     number = folder.numbering.episode_index
@@ -137,7 +140,7 @@ def summary_of(plan: EpisodePlan, path: Path, episode: int | None, *, rebuilt: b
         not_used=[dict(plain(topic)) for topic in plan.topics.not_used],  # type: ignore[call-overload]
         dropped=plan.dropped,
         sync=dict(plan.sync_report),
-        notes=plan.notes,
+        notes=[*plan.notes, *stream_notes(plan.sync_report)],
         rebuilt=rebuilt,
     )
 

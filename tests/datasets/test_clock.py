@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from navtool.datasets.ingest.clock import NO_STAMP, reference_clock, stream_time
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.ingest.clock import NO_STAMP, Clock, mend_jumps, reference_clock, stream_time
 
 RECORD = np.arange(10, dtype=np.int64) * 100_000_000 + 1_700_000_000_000_000_000
 LATE = 25_000_000
@@ -62,3 +63,45 @@ def test_stamps_strictly_increase_and_nothing_vanishes_uncounted(offsets: list[i
     np.testing.assert_array_equal(header[time.order], time.stamps_ns)
     assert time.stamps_ns.size + time.repeated == len(offsets)
     assert time.backwards == int((np.diff(header) < 0).sum())
+
+
+PACED = RECORD[0] + np.arange(200, dtype=np.int64) * 100_000_000
+DELAY = np.random.default_rng(0).integers(1_000_000, 8_000_000, PACED.size)
+
+
+@given(st.integers(20, 180), st.sampled_from([-3600, -7, -1, 1, 7, 3600]))
+def test_a_step_of_the_header_clock_is_taken_out_and_told(at: int, seconds: int) -> None:
+    header = PACED.copy()
+    header[at:] += seconds * 10**9
+    mended, jumps = mend_jumps(header, PACED + DELAY, 500_000_000)
+    assert [jump.position for jump in jumps] == [at]
+    assert abs(jumps[0].by_ns - seconds * 10**9) < 10_000_000
+    assert np.abs(mended - PACED).max() < 10_000_000
+
+
+def test_one_wild_stamp_is_a_step_there_and_back() -> None:
+    header = PACED.copy()
+    header[50] += 10**12
+    mended, jumps = mend_jumps(header, PACED + DELAY, 500_000_000)
+    assert [jump.position for jump in jumps] == [50, 51]
+    assert np.abs(mended - PACED).max() < 20_000_000
+
+
+def test_pauses_and_late_records_are_no_steps() -> None:
+    paused = PACED.copy()
+    paused[100:] += 30 * 10**9
+    assert mend_jumps(paused, paused + DELAY, 500_000_000) == (pytest.approx(paused), ())
+    record = PACED + DELAY
+    record[60:100] = np.maximum(record[60:100], PACED[99])  # four seconds held back, then written at once
+    mended, jumps = mend_jumps(PACED, record, 500_000_000)
+    assert jumps == ()
+    np.testing.assert_array_equal(mended, PACED)
+
+
+def test_the_clock_can_be_set() -> None:
+    header = RECORD - LATE
+    assert stream_time(header, RECORD, REFERENCE, Clock.record).source == "record"
+    far = RECORD - RECORD[0] + 1
+    assert stream_time(far, RECORD, REFERENCE, Clock.header).source == "header"
+    with pytest.raises(DatasetsError, match="no message has a header stamp"):
+        stream_time(np.zeros(10, dtype=np.int64), RECORD, REFERENCE, Clock.header)

@@ -1,0 +1,166 @@
+"""What sync did with every stream: which clock, how regular, how far from the ticks, what is missing and where."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64, Int64
+
+from navtool.datasets.ingest.clock import Jump, StreamTime
+from navtool.datasets.ingest.clocks import Clocks
+from navtool.datasets.ingest.columns import Column
+from navtool.datasets.ingest.config import SyncConfig
+from navtool.datasets.ingest.scan import Scan
+from navtool.pipeline.arrays import Array
+
+GAPS_SHOWN = 20
+GAP_PERIODS = 3.0
+"""An interval longer than so many usual ones is a gap."""
+LATE_S = 1.0
+"""A message recorded so much later than usual is late."""
+_DRIFT_LEAST_S = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Method:
+    name: str
+    setting: str | None
+    column: str | None
+
+
+_METHODS = {
+    "image": _Method("nearest", "image_tolerance_s", "image"),
+    "lidar": _Method("nearest", "lidar_tolerance_s", "lidar"),
+    "odometry": _Method("linear; slerp for the attitude", "state_max_gap_s", "state"),
+    "imu": _Method("linear", "imu_max_gap_s", "imu"),
+    "joints": _Method("linear", "joints_max_gap_s", "joints"),
+    "battery": _Method("hold", "battery_max_age_s", "battery"),
+    "command": _Method("hold", "command_max_age_s", "action"),
+    "intervention": _Method("kept at its own rate", None, None),
+}
+
+
+def sync_report(
+    scan: Scan,
+    clocks: Clocks,
+    times: dict[str, StreamTime],
+    grid_stream: str,
+    ticks: Int64[Array, " ticks"],
+    columns: dict[str, Column],
+    config: SyncConfig,
+) -> dict[str, object]:
+    """The content of ``sync.json``: the grid, and for each stream how it was brought onto it.
+
+    Times within the recording are seconds from the grid's first tick.
+    """
+    streams = {}
+    for name, time in times.items():
+        method = _METHODS[name]
+        valid = columns.get(f"valid.{method.column}")
+        errors = np.abs(columns[f"sync.error_s.{method.column}"][valid]) if valid is not None else np.zeros(0)
+        header_ns, record_ns = clocks.header_ns[name], clocks.record_ns[name]
+        streams[name] = {
+            "topic": scan.streams[name].topic,
+            "messages": len(record_ns),
+            "clock": time.source,
+            "method": method.name,
+            "tolerance_s": None if method.setting is None else getattr(config, method.setting),
+            **_intervals(time.stamps_ns, int(ticks[0])),
+            **_against_record(header_ns, record_ns),
+            "backwards": time.backwards,
+            "repeated": time.repeated,
+            "unstamped": time.unstamped,
+            "undecodable": scan.streams[name].undecodable,
+            "clock_steps": [_step(jump, time, header_ns, int(ticks[0])) for jump in clocks.jumps[name]],
+            "ticks_served": None if valid is None else int(valid.sum()),
+            "error_median_s": _rounded(np.median(errors)) if errors.size else None,
+            "error_max_s": _rounded(errors.max()) if errors.size else None,
+            "notes": [*time.notes, *_notes(clocks.jumps[name], header_ns, record_ns)],
+        }
+    return {
+        "grid_stream": grid_stream,
+        "start_ns": int(ticks[0]),
+        "end_ns": int(ticks[-1]),
+        "ticks": int(ticks.size),
+        "streams": streams,
+    }
+
+
+def stream_notes(report: dict[str, object]) -> list[str]:
+    """What the report has to say of single streams, for a person."""
+    streams = report["streams"]
+    if not isinstance(streams, dict):
+        raise TypeError("a sync report has streams")
+    return [f"{name}: {note}" for name, stream in streams.items() for note in stream["notes"]]
+
+
+def _intervals(stamps_ns: Int64[Array, " n"], start_ns: int) -> dict[str, object]:
+    """Rate, jitter and gaps."""
+    steps = np.diff(stamps_ns) * 1e-9
+    if not steps.size:
+        return {"rate_hz": None, "jitter_s": None, "gap_max_s": None, "gaps": [], "gaps_more": 0}
+    usual = float(np.median(steps))
+    wide = np.flatnonzero(steps > GAP_PERIODS * usual)
+    longest = np.sort(wide[np.argsort(-steps[wide], kind="stable")][:GAPS_SHOWN])
+    gaps = [
+        {"at_s": _rounded((stamps_ns[i] - start_ns) * 1e-9), "length_s": _rounded(steps[i])} for i in longest.tolist()
+    ]
+    return {
+        "rate_hz": round(1.0 / usual, 3),
+        "jitter_s": _rounded(1.4826 * np.median(np.abs(steps - usual))),
+        "gap_max_s": _rounded(steps.max()),
+        "gaps": gaps,
+        "gaps_more": int(wide.size - len(gaps)),
+    }
+
+
+def _against_record(header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"]) -> dict[str, object]:
+    """The header clock against the recorder's: its offset, its drift, and how late messages were recorded."""
+    stamped = header_ns > 0
+    if not stamped.any():
+        return {"header_minus_record_s": None, "drift_ppm": None, "latest_s": None}
+    offset = header_ns[stamped] - record_ns[stamped]
+    middle = int(np.median(offset))
+    late = (middle - offset) * 1e-9
+    return {
+        "header_minus_record_s": _rounded(middle * 1e-9),
+        "drift_ppm": _drift_ppm((offset - middle) * 1e-9, record_ns[stamped]),
+        "latest_s": _rounded(late.max()),
+    }
+
+
+def _drift_ppm(offset_s: Float64[Array, " n"], record_ns: Int64[Array, " n"]) -> float | None:
+    """Gain of the header clock on the recorder's in millionths; None for recordings too short to tell.
+
+    Taken between the least delayed messages of the first and the last fifth: delays only ever push one way.
+    """
+    span_s = (int(record_ns[-1]) - int(record_ns[0])) * 1e-9
+    fifth = offset_s.size // 5
+    if span_s < _DRIFT_LEAST_S or fifth < 5:
+        return None
+    first, last = (float(np.quantile(part, 0.9)) for part in (offset_s[:fifth], offset_s[-fifth:]))
+    return round((last - first) / (0.8 * span_s) * 1e6, 1)
+
+
+def _step(jump: Jump, time: StreamTime, header_ns: Int64[Array, " n"], start_ns: int) -> dict[str, float]:
+    at = np.flatnonzero(time.order == jump.position)
+    moment = int(time.stamps_ns[at[0]]) if at.size else int(header_ns[jump.position])
+    return {"at_s": _rounded((moment - start_ns) * 1e-9), "by_s": _rounded(jump.by_ns * 1e-9)}
+
+
+def _notes(jumps: tuple[Jump, ...], header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"]) -> list[str]:
+    notes = []
+    if jumps:
+        largest = max(jumps, key=lambda jump: abs(jump.by_ns)).by_ns * 1e-9
+        times = "once" if len(jumps) == 1 else f"{len(jumps)} times"
+        notes.append(f"the header clock stepped {times}, by up to {largest:+.3f} s; taken out by the pace of record")
+    stamped = header_ns > 0
+    if stamped.any():
+        delay = (record_ns[stamped] - header_ns[stamped]) * 1e-9
+        late = delay - np.median(delay) > LATE_S
+        if late.any():
+            notes.append(f"{int(late.sum())} messages were recorded more than {LATE_S:g} s late; their stamps count")
+    return notes
+
+
+def _rounded(value: float | np.floating) -> float:
+    return round(float(value), 6)
