@@ -10,7 +10,7 @@ from pathlib import Path
 
 from navtool.datasets.description import Description
 from navtool.datasets.errors import OutputError
-from navtool.datasets.files import write_json
+from navtool.datasets.files import write_bytes, write_json
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.episode import EpisodeFolder, join_segments, streams_folder
 from navtool.datasets.ingest.plan import EpisodePlan, plan_episode, source_name
@@ -18,6 +18,7 @@ from navtool.datasets.ingest.report import EpisodeSummary
 from navtool.datasets.ingest.segment import Segment, SegmentResult, write_segment
 from navtool.datasets.ingest.settings import settings_hash, streams_left_out
 from navtool.datasets.ingest.store import Store
+from navtool.datasets.ingest.sync_picture import sync_picture
 from navtool.datasets.ingest.sync_report import stream_notes
 from navtool.datasets.ingest.workers import Advance
 from navtool.datasets.lineage import code_version, plain, recording_sha256
@@ -103,6 +104,8 @@ def add_episode(
     number = folder.numbering.episode_index
     summary = summary_of(plan, path, number, rebuilt=replaced is not None)
     write_json(folder.beside / "sync.json", plan.sync_report | {"dropped": dropped, "notes": summary.notes})
+    picture = sync_picture(plan.sync_report, plan.columns, config.fps)
+    write_bytes(folder.beside / "sync.svg", picture.encode())
     description = Description(
         fps=config.fps,
         contents=plan.contents,

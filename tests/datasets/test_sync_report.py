@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -60,7 +61,12 @@ def test_gaps_delays_and_drift_are_found(write_recording: Write, drive_entries: 
     assert streams["joints"]["latest_s"] == pytest.approx(3.0, abs=0.1)
     assert any("late; their stamps count" in note for note in streams["joints"]["notes"])
     assert streams["joints"]["ticks_served"] >= 398
-    assert report["dropped"] == {}
+    picture = ElementTree.parse(NavDataset(tmp_path / "out").layout.episode(0) / "sync.svg").getroot()  # noqa: S314
+    texts = [element.text or "" for element in picture.iter("{http://www.w3.org/2000/svg}text")]
+    assert {"image", "lidar", "odometry", "joints"} <= set(texts)
+    lost = [element for element in picture.iter("{http://www.w3.org/2000/svg}rect") if element.get("class") == "lost"]
+    assert len(lost) >= 1, "the pause of the lidar is drawn"
+    assert not any(reason.startswith("joints") for reason in report["dropped"])
 
 
 def test_a_stepping_clock_loses_no_row(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
