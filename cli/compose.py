@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 from navtool.pipeline.errors import NavtoolError
 
-_CURE = "known keys and their units stand in the dataclasses that the README names; `train --cfg job` prints them"
+_CURE = "the command's `--cfg job` prints every key with its value"
 
 
 class UsageError(NavtoolError):
@@ -81,6 +81,23 @@ def _readable(error: BaseException) -> str:
 def _says_something(line: str) -> bool:
     noise = ("full_key:", "reference_type=", "object_type=", "See https://", "Set the environment variable")
     return bool(line.strip()) and not line.strip().startswith(noise)
+
+
+def print_config(config: object, part: str) -> None:
+    """Print a composed configuration as YAML, as Hydra's own ``--cfg job`` does.
+
+    Raises:
+        UsageError: The part is not ``job``.
+    """
+    import yaml
+
+    from navtool.cli.console import console
+    from navtool.datasets.lineage import plain
+
+    if part != "job":
+        raise UsageError(f"--cfg {part}: there is only the job's configuration", cure="use --cfg job")
+    text = yaml.safe_dump(plain(config), sort_keys=False, allow_unicode=True, width=120)
+    console().print(text, markup=False, highlight=False, soft_wrap=True, end="")
 
 
 def quoted(value: object) -> str:

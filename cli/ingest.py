@@ -10,14 +10,15 @@ if TYPE_CHECKING:
 
 
 def ingest(
-    arguments: list[str] = typer.Argument(
-        ..., metavar="BAG... [KEY=VALUE]...", help="Recordings, or folders of them; then overrides.", show_default=False
+    arguments: list[str] | None = typer.Argument(
+        None, metavar="BAG... [KEY=VALUE]...", help="Recordings, or folders of them; then overrides."
     ),
-    out: Path = typer.Option(..., "--out", help="Folder of the data set; made, or appended to.", show_default=False),
+    out: Path | None = typer.Option(None, "--out", help="Folder of the data set; made, or appended to."),
     robot: str | None = typer.Option(None, "--robot", help="Robot preset, or a file as `inspect --write-robot` saves."),
     workers: int = typer.Option(1, "--workers", min=1, help="Processes that read at the same time."),
     dry_run: bool = typer.Option(False, "--dry-run", help="Read and plan everything, write nothing."),
     allow_missing: bool = typer.Option(False, "--allow-missing", help="Take recordings that lack some streams."),
+    cfg: str | None = typer.Option(None, "--cfg", help="Print the configuration (job), and do nothing else."),
     as_json: bool = typer.Option(False, "--json", help="Print JSON."),
 ) -> None:
     """Turn recordings into a data set (LeRobot v3).
@@ -26,13 +27,21 @@ def ingest(
     an episode is reported with its reason, and the exit code is then 1.
     """
     from navtool.cli.arguments import split_overrides
+    from navtool.cli.compose import UsageError, print_config
     from navtool.cli.console import print_json
     from navtool.cli.progress import IngestProgress
     from navtool.cli.robots import ingest_job
     from navtool.datasets.ingest.ingest import ingest as run
 
-    paths, overrides = split_overrides(arguments)
+    paths, overrides = split_overrides(arguments or [])
     job = ingest_job(robot, overrides)
+    if cfg is not None:
+        print_config(job, cfg)
+        return
+    if not paths:
+        raise UsageError("no recording was named", where="ingest", cure="name bag files, or folders of them")
+    if out is None:
+        raise UsageError("no data set was named", where="ingest", cure="pass --out FOLDER")
     with IngestProgress() as progress:
         report = run(
             [Path(path) for path in paths],
@@ -76,5 +85,6 @@ def print_ingest(report: "IngestReport") -> None:
     print_notes(f"{source}: in the data set already, skipped" for source in report.skipped)
     done = f"{len(report.episodes)} episodes, {report.rows} rows from {report.bytes_in / 1e6:.1f} MB"
     cost = f"{report.seconds:.1f} s, at most {report.peak_rss_mib:.0f} MiB of memory"
-    where = "planned, nothing written" if report.dry_run else f"data set: {report.dataset}"
+    where = f"data set: {report.dataset}" if Path(report.dataset).is_dir() else "nothing written"
+    where = "planned, nothing written" if report.dry_run else where
     console().print(f"{done} in {cost}; {where}", markup=False)

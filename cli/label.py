@@ -10,9 +10,10 @@ if TYPE_CHECKING:
 
 
 def label(
-    dataset: Path = typer.Argument(..., help="Folder of the data set.", show_default=False),
+    dataset: str | None = typer.Argument(None, help="Folder of the data set."),
     overrides: list[str] | None = typer.Argument(None, metavar="[KEY=VALUE]...", help="Overrides of the rules."),
     events: Path | None = typer.Option(None, "--events", help="CSV or JSON: bag, start, end, outcome, reason."),
+    cfg: str | None = typer.Option(None, "--cfg", help="Print the configuration (job), and do nothing else."),
     as_json: bool = typer.Option(False, "--json", help="Print JSON."),
 ) -> None:
     """Label every row with its outcome.
@@ -20,18 +21,27 @@ def label(
     Rules look at the robot's own signals for collisions, standstills, falls and interventions; an events file
     overrides them. All labels change in one step, however often it is run.
     """
-    from navtool.cli.compose import compose
+    from navtool.cli.arguments import split_overrides
+    from navtool.cli.compose import UsageError, compose, print_config
     from navtool.cli.console import console, print_json
     from navtool.datasets.labels.apply import label_dataset
     from navtool.datasets.labels.config import LabelConfig
 
-    config = compose("label", overrides or [], LabelConfig)
+    given = [*([] if dataset is None else [dataset]), *(overrides or [])]
+    folders, settings = split_overrides(given)
+    config = compose("label", settings, LabelConfig)
+    if cfg is not None:
+        print_config(config, cfg)
+        return
+    if len(folders) != 1:
+        raise UsageError(f"{len(folders)} data sets were named", where="label", cure="name one folder")
+    root = Path(folders[0])
     with console(error=True).status("labelling"):
-        report = label_dataset(dataset, config, events)
+        report = label_dataset(root, config, events)
     if as_json:
         print_json(report.to_json())
     else:
-        print_labels(report, dataset)
+        print_labels(report, root)
 
 
 def print_labels(report: "LabelReport", dataset: Path) -> None:

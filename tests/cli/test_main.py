@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from typer.main import get_command
 
 from navtool.cli.arguments import split_overrides
@@ -19,8 +20,8 @@ from navtool.datasets.reader import NavDataset
 
 TREE = {
     "inspect": ["bag", "--robot", "--write-robot", "--json"],
-    "ingest": ["arguments", "--out", "--robot", "--dry-run", "--allow-missing", "--json"],
-    "label": ["dataset", "overrides", "--events", "--json"],
+    "ingest": ["arguments", "--out", "--robot", "--workers", "--dry-run", "--allow-missing", "--cfg", "--json"],
+    "label": ["dataset", "overrides", "--events", "--cfg", "--json"],
     "check": ["dataset", "--json"],
     "train": ["overrides", "--data", "--out", "--multirun", "--cfg", "--resume"],
     "evaluate": ["source", "--data", "--split", "--out", "--json"],
@@ -55,6 +56,17 @@ def test_completion_is_shown_to_the_shell_that_asks() -> None:
     ask = ["bash", "-c", f"{shlex.quote(str(program))} --show-completion; exit $?"]
     shown = subprocess.run(ask, capture_output=True, text=True, check=True)  # noqa: S603
     assert "_NAVTOOL_COMPLETE" in shown.stdout
+
+
+@pytest.mark.parametrize(("command", "key"), [("ingest", "image_tolerance_s"), ("label", "max_deviation_m")])
+def test_the_configuration_is_printed_with_its_overrides(navtool: Callable[..., Any], command: str, key: str) -> None:
+    override = {"ingest": "sync.image_tolerance_s=0.02", "label": "max_deviation_m=0.5"}[command]
+    shown = navtool(command, override, "--cfg", "job")
+    assert shown.code == 0
+    content = yaml.safe_load(shown.out)
+    assert content.get("sync", content)[key] == float(override.partition("=")[2])
+    assert navtool(command, "--cfg", "hydra").code == 2
+    assert navtool(command).code == 2
 
 
 def test_help_loads_nothing_heavy() -> None:
