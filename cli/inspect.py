@@ -51,6 +51,7 @@ def inspect(
             for topic in inspection.topics
         ),
     )
+    print_notes(f"damaged: {fault}" for fault in inspection.faults)
     print_notes(inspection.topic_map.notes)
     if write_robot is not None:
         out.print(f"robot file: {write_robot}", markup=False)

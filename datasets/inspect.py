@@ -54,6 +54,8 @@ class Inspection:
     messages: int
     topics: tuple[TopicReport, ...]
     topic_map: TopicMap
+    faults: tuple[str, ...]
+    """What is wrong with its files and was skipped or done without; empty for a sound one."""
 
     def to_json(self) -> object:
         """Everything as plain JSON values; every stream is a key of ``topic_map``, null where it has no topic."""
@@ -107,6 +109,7 @@ def inspect_recording(
             messages=recording.message_count,
             topics=tuple(_report(topic, times.get((topic.name, topic.type), _Times())) for topic in recording.topics),
             topic_map=topic_map,
+            faults=recording.faults,
         )
 
 

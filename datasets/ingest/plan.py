@@ -62,6 +62,8 @@ class EpisodePlan:
     sync_report: dict[str, object]
     dropped: dict[str, int]
     notes: list[str]
+    faults: tuple[str, ...]
+    """What is wrong with the recording's files; empty for sound ones."""
 
 
 def plan_episode(
@@ -113,7 +115,12 @@ def plan_episode(
     )
     if streams_to is not None:
         write_streams(streams_to, small, calibration.base_imu)
-    notes = [*topics.notes, *columns.notes, *_calibration_notes(scan, calibration)]
+    notes = [
+        *(f"recovered: {fault}" for fault in recording.faults),
+        *topics.notes,
+        *columns.notes,
+        *_calibration_notes(scan, calibration),
+    ]
     if config.deskew and "odometry" not in small and "lidar" in large:
         notes.append("lidar: no odometry to compensate the robot's motion with; points stay as measured")
     return EpisodePlan(
@@ -129,6 +136,7 @@ def plan_episode(
         sync_report=sync_report(scan, clocks, times, grid_stream, ticks, columns.values, config.sync),
         dropped=_dropped(scan, times, large, ticks),
         notes=notes,
+        faults=recording.faults,
     )
 
 
@@ -146,6 +154,7 @@ def _nothing_usable(recording: Recording, topics: TopicMap) -> str:
         f"transforms {transforms}" if transforms else "",
         f"not used: {others}" if others else "",
     ]
+    parts += recording.faults
     return f"no usable stream: {'; '.join(part for part in parts if part)}"
 
 

@@ -121,6 +121,7 @@ def add_episode(
         "recording_start_ns": plan.recording_start_ns,
         "start_ns": int(plan.ticks_ns[0]),
         "end_ns": int(plan.ticks_ns[-1]),
+        "recovered": list(plan.faults),
         "topics": summary.topics,
         "not_used": summary.not_used,
         "config_hash": settings_hash(robot, config),

@@ -15,11 +15,15 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.foreign import translated
 from navtool.datasets.recording.message_compression import decompressed
 from navtool.datasets.recording.raw import RawMessage
-from navtool.datasets.recording.source import Channel, Definition, normalised_type
+from navtool.datasets.recording.source import END_NS, Channel, Definition, normalised_type
 
 _LOGGER = logging.getLogger(__name__)
 _CURE = "if the recorder was killed or the copy is incomplete, try `sqlite3 FILE .recover` on a copy or copy it again"
 _DEFINITION_FORMATS = {"ros2msg": "msg", "ros2idl": "idl"}
+_BY_KEY = "SELECT topic_id, timestamp, data FROM messages WHERE rowid = ?"
+_HEAD_BY_KEY = "SELECT timestamp, topic_id FROM messages WHERE rowid = ?"
+_MISSES = 20_000
+"""So many rows in a row that cannot be read end the search for more."""
 _LOGS = ("-wal", "-journal")
 
 
@@ -31,8 +35,11 @@ class Db3Source:
 
     def __init__(self, path: Path, *, where: Path) -> None:
         self._path = path
-        self._where = where
+        self.where = where
         self._copy: TemporaryDirectory[str] | None = None
+        self._found: list[str] = []
+        self._lost: set[int] = set()
+        self._readable: list[tuple[int, int, int]] | None = None
         with translated("this db3 recording cannot be opened", where=where, cure=_CURE):
             self._database = self._connect()
         try:
@@ -42,11 +49,17 @@ class Db3Source:
             self.close()
             raise
 
-    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
-        """The messages of the topics in the order of their record times."""
-        with translated("this db3 recording is damaged", where=self._where, cure=_CURE):
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What is wrong with the file, as far as it was read; empty for a sound one."""
+        lost = f"{len(self._lost)} messages skipped: they lie in damaged pages" if self._lost else ""
+        return (*self._found, *([lost] if lost else []))
+
+    def messages(self, topics: Collection[str], start_ns: int = 0, end_ns: int = END_NS) -> Iterator[RawMessage]:
+        """The messages of the topics within the times, in the order of their record times."""
+        with translated("this db3 recording is damaged", where=self.where, cure=_CURE):
             wanted = {key: (c.topic, c.type) for key, c in self._channel_of.items() if c.topic in topics and c.count}
-            for topic_id, record_ns, data in self._rows(tuple(wanted)):
+            for topic_id, record_ns, data in self._rows(tuple(wanted), start_ns, end_ns):
                 if not isinstance(data, bytes):
                     raise DatasetsError(f"a message of {wanted[topic_id][0]} at {record_ns} ns is no blob", cure=_CURE)
                 yield RawMessage(*wanted[topic_id], int(record_ns), decompressed(data))
@@ -65,12 +78,21 @@ class Db3Source:
             return sqlite3.connect(f"{file.as_uri()}?mode=ro&immutable=1", uri=True)
         # Only SQLite can apply what the logs hold, and it needs to write for that.
         self._copy = TemporaryDirectory(prefix="navtool-db3-")
-        _LOGGER.info("%s was not closed by its recorder: reading a copy of it in %s", self._where, self._copy.name)
+        _LOGGER.info("%s was not closed by its recorder: reading a copy of it in %s", self.where, self._copy.name)
         for part in (file, *logs):
             shutil.copy(part, self._copy.name)
         return sqlite3.connect(Path(self._copy.name, file.name))
 
+    def _admit_damage(self) -> None:
+        """Have SQLite read a file that is shorter than its header says, which it refuses otherwise."""
+        try:
+            self._database.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
+        except sqlite3.DatabaseError as error:
+            self._database.execute("PRAGMA writable_schema = ON")
+            self._found.append(f"damaged ({error})")
+
     def _read_index(self) -> None:
+        self._admit_damage()
         tables = {name for (name,) in self._database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
         if missing := {"topics", "messages"} - tables:
             raise DatasetsError(
@@ -85,12 +107,7 @@ class Db3Source:
                 for name, encoding, text in self._database.execute(query)
                 if text
             }
-        counts: dict[int, tuple[int, int, int]] = {
-            key: (count, int(first), int(last))
-            for key, count, first, last in self._database.execute(
-                "SELECT topic_id, COUNT(*), MIN(timestamp), MAX(timestamp) FROM messages GROUP BY topic_id"
-            )
-        }
+        counts = self._counts()
         self._channel_of = {
             key: Channel(str(name), normalised_type(kind), encoding, definitions.get(kind), counts.get(key, (0,))[0])
             for key, name, kind, encoding in self._database.execute(
@@ -108,17 +125,71 @@ class Db3Source:
             if (columns := self._database.execute("SELECT * FROM pragma_index_info(?)", (name,)).fetchall())
         )
 
-    def _rows(self, topic_ids: tuple[int, ...]) -> Iterator[tuple[int, int, bytes]]:
+    def _counts(self) -> dict[int, tuple[int, int, int]]:
+        """Number, first and last record time of each topic's messages."""
+        query = "SELECT topic_id, COUNT(*), MIN(timestamp), MAX(timestamp) FROM messages GROUP BY topic_id"
+        try:
+            return {key: (count, int(first), int(last)) for key, count, first, last in self._database.execute(query)}
+        except sqlite3.DatabaseError as error:
+            self._found = [f"damaged ({error}): read row by row"]
+        self._look_for_rows()
+        if not self._readable:
+            raise DatasetsError("not one of its messages can be read", cure=_CURE)
+        counts: dict[int, tuple[int, int, int]] = {}
+        for record_ns, _, topic_id in self._readable:
+            count, first, _ = counts.get(topic_id, (0, record_ns, record_ns))
+            counts[topic_id] = (count + 1, first, record_ns)
+        return counts
+
+    def _rows(self, topic_ids: tuple[int, ...], start_ns: int, end_ns: int) -> Iterator[tuple[int, int, bytes]]:
+        if self._readable is not None:
+            return self._rows_one_by_one(topic_ids, start_ns, end_ns)
         marks = ", ".join("?" * len(topic_ids))
         if not self._indexed:
-            return self._rows_in_order(topic_ids, marks)
+            return self._rows_in_order(topic_ids, marks, start_ns, end_ns)
         # The plus keeps SQLite on the index of times, which it walks without sorting.
-        query = f"SELECT topic_id, timestamp, data FROM messages WHERE +topic_id IN ({marks}) ORDER BY timestamp, rowid"  # noqa: S608 - only question marks
-        return self._database.execute(query, topic_ids)
+        query = f"SELECT topic_id, timestamp, data FROM messages WHERE +topic_id IN ({marks}) AND timestamp BETWEEN ? AND ? ORDER BY timestamp, rowid"  # noqa: S608, E501 - only question marks
+        return self._database.execute(query, (*topic_ids, start_ns, end_ns))
 
-    def _rows_in_order(self, topic_ids: tuple[int, ...], marks: str) -> Iterator[tuple[int, int, bytes]]:
+    def _rows_in_order(
+        self, topic_ids: tuple[int, ...], marks: str, start_ns: int, end_ns: int
+    ) -> Iterator[tuple[int, int, bytes]]:
         # Without an index SQLite would sort the messages themselves; their row numbers are enough.
-        query = f"SELECT timestamp, rowid FROM messages WHERE topic_id IN ({marks}) ORDER BY timestamp, rowid"  # noqa: S608 - only question marks
-        for _, key in self._database.execute(query, topic_ids):
-            by_key = "SELECT topic_id, timestamp, data FROM messages WHERE rowid = ?"
-            yield self._database.execute(by_key, (key,)).fetchone()
+        query = f"SELECT timestamp, rowid FROM messages WHERE topic_id IN ({marks}) AND timestamp BETWEEN ? AND ? ORDER BY timestamp, rowid"  # noqa: S608, E501 - only question marks
+        for _, key in self._database.execute(query, (*topic_ids, start_ns, end_ns)):
+            yield self._database.execute(_BY_KEY, (key,)).fetchone()
+
+    def _rows_one_by_one(
+        self, topic_ids: tuple[int, ...], start_ns: int, end_ns: int
+    ) -> Iterator[tuple[int, int, bytes]]:
+        """What can be read of a damaged database."""
+        for record_ns, key, topic_id in self._readable or ():
+            if topic_id in topic_ids and start_ns <= record_ns <= end_ns:
+                try:
+                    row = self._database.execute(_BY_KEY, (key,)).fetchone()
+                except sqlite3.DatabaseError:
+                    self._lost.add(key)
+                    continue
+                if row is not None and isinstance(row[2], bytes):
+                    yield row
+
+    def _look_for_rows(self) -> None:
+        """Ask for every row by its number: an index or a page that is damaged hides no other."""
+        found: list[tuple[int, int, int]] = []
+        missed, key = 0, 0
+        while missed < _MISSES:
+            key += 1
+            try:
+                row = self._database.execute(
+                    "SELECT timestamp, topic_id FROM messages WHERE rowid = ?", (key,)
+                ).fetchone()
+            except sqlite3.DatabaseError:
+                row = None
+            if row is None or not all(isinstance(value, int) for value in row):
+                missed += 1
+                continue
+            missed = 0
+            found.append((row[0], key, row[1]))
+        last = max((key for _, key, _ in found), default=0)
+        self._lost |= set(range(1, last + 1)) - {key for _, key, _ in found}
+        self._readable = sorted(found)

@@ -1,119 +1,207 @@
-"""MCAP recordings; chunks uncompressed or lz4 or zstd, with or without an index."""
+"""MCAP recordings; chunks uncompressed or lz4 or zstd, with or without an index, whole or damaged."""
 
-import heapq
 from collections import Counter
-from collections.abc import Collection, Iterator
-from operator import itemgetter
+from collections.abc import Collection, Container, Iterator
+from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
 
+from mcap.data_stream import ReadDataStream
 from mcap.reader import SeekingReader
 from mcap.records import Channel as ChannelRecord
-from mcap.records import ChunkIndex, Message, Schema, Statistics
-from mcap.stream_reader import StreamReader
+from mcap.records import Schema
 from mcap.summary import Summary
 
 from navtool.datasets.errors import DatasetsError
-from navtool.datasets.recording.foreign import translated
-from navtool.datasets.recording.mcap_chunk import ChunkMessage, chunk_messages
+from navtool.datasets.recording import mcap_file
+from navtool.datasets.recording.chunks import Chunk, Contents, Skipped, merged
+from navtool.datasets.recording.file_bytes import FileBytes
+from navtool.datasets.recording.foreign import describe, translated
 from navtool.datasets.recording.message_compression import decompressed
 from navtool.datasets.recording.raw import RawMessage
-from navtool.datasets.recording.source import Channel, Definition, normalised_type
+from navtool.datasets.recording.source import END_NS, Channel, Definition, normalised_type
 
-_CURE = "if the recorder was stopped early or the copy is incomplete, run `mcap recover` or copy it again"
-_COMPRESSIONS = ("", "lz4", "zstd")
+_CURE = "copy it again from where it was recorded"
 _DEFINITION_FORMATS = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl"}
-
-
-class _Index(NamedTuple):
-    """What the summary section says about the messages."""
-
-    statistics: Statistics
-    channels: dict[int, ChannelRecord]
-    schemas: dict[int, Schema]
-    chunks: list[ChunkIndex]
+_LOOSE_BYTES = 1 << 22
+"""Messages outside of chunks are read in portions of about this size."""
 
 
 class McapSource:
-    """One ``.mcap`` file, read chunk by chunk; their checksums are verified, and errors name the place."""
+    """One ``.mcap`` file, read chunk by chunk; their checksums are verified, and errors name the place.
+
+    The summary at its end says what each chunk holds. Where there is none, or where it does not fit the file, every
+    record is looked at once, in the order of the file, up to where it ends; whatever cannot be read is skipped and told
+    in ``faults``.
+    """
 
     def __init__(self, path: Path, *, where: Path) -> None:
-        self._path = path
-        self._where = where
+        self.where = where
+        self._found: list[str] = []
+        self._schemas: dict[int, Schema] = {}
+        self._records: dict[int, ChannelRecord] = {}
+        self._counts: Counter[int] = Counter()
+        self._loose: dict[int, int] = {}
         with translated("this MCAP recording cannot be opened", where=where):
-            self._file: BinaryIO = path.open("rb")
+            self._content = FileBytes(path)
         try:
-            with translated("this MCAP recording cannot be read", where=where, cure=_CURE):
-                self._reader = SeekingReader(self._file, validate_crcs=True)
-                self._read_index()
+            with translated("this MCAP recording cannot be read", where=where, cure=_CURE), path.open("rb") as file:
+                self._chunks = self._by_summary(file)
+                if not self._counts and self._found:
+                    raise DatasetsError(f"nothing in it can be read: {'; '.join(self._found)}", cure=_CURE)
         except DatasetsError:
             self.close()
             raise
+        self._skipped = Skipped(len(self._chunks))
+        self._channel_of = {
+            key: _channel(record, self._schemas, self._counts[key]) for key, record in self._records.items()
+        }
+        self.channels = tuple(self._channel_of.values())
+        spans = [(chunk.start_ns, chunk.end_ns) for chunk in self._chunks]
+        counted = bool(self._counts.total())
+        self.span_ns = (min(a for a, _ in spans), max(b for _, b in spans)) if spans and counted else None
 
-    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
-        """The messages of the topics in the order of their record times."""
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What is wrong with the file, as far as it was read; empty for a sound one."""
+        return (*self._found, *self._skipped.faults())
+
+    def messages(self, topics: Collection[str], start_ns: int = 0, end_ns: int = END_NS) -> Iterator[RawMessage]:
+        """The messages of the topics within the times, in the order of their record times."""
         wanted = {key: (c.topic, c.type) for key, c in self._channel_of.items() if c.topic in topics and c.count}
-        with translated("this MCAP recording is damaged", where=self._where, cure=_CURE):
-            if self._chunks is not None:
-                streams = [_from(self._file, index, wanted) for index in self._chunks if _holds(index, wanted)]
-                for record_ns, message in heapq.merge(*streams, key=itemgetter(0)):
-                    if message is not None:
-                        yield RawMessage(*wanted[message.channel_id], record_ns, decompressed(message.data))
-                return
-            if not self._sorted:
-                raise DatasetsError(
-                    "its messages are neither indexed nor in the order of their record times",
-                    cure="run `mcap sort` on it",
-                )
-            with self._path.open("rb") as stream:
-                for record in StreamReader(stream, validate_crcs=True).records:
-                    if isinstance(record, Message) and record.channel_id in wanted:
-                        yield RawMessage(*wanted[record.channel_id], record.log_time, decompressed(record.data))
+        with translated("this MCAP recording is damaged", where=self.where, cure=_CURE):
+            for message in merged(self._chunks, wanted, self._load, self._skipped, start_ns, end_ns):
+                yield RawMessage(*wanted[message.channel], message.record_ns, decompressed(message.data))
 
     def close(self) -> None:
         """Let go of the file."""
-        self._file.close()
+        self._content.close()
 
-    def _read_index(self) -> None:
-        summary = self._reader.get_summary()
-        index = None if summary is None else _complete(summary)
-        if index is None:
-            self._scan()
-        else:
-            statistics, channels, schemas, _ = index
-            counts = statistics.channel_message_counts
-            self._channel_of = {key: _channel(record, schemas, counts.get(key, 0)) for key, record in channels.items()}
-            counted = statistics.message_count > 0
-            self.span_ns = (statistics.message_start_time, statistics.message_end_time) if counted else None
-        self._chunks = None if index is None else index.chunks
-        self.channels = tuple(self._channel_of.values())
+    def _load(self, chunk: Chunk, wanted: Container[int]) -> Contents:
+        if chunk.place in self._loose:
+            return mcap_file.messages_in(self._content[chunk.place : self._loose[chunk.place]], wanted)
+        record = mcap_file.record_at(self._content, chunk.place, len(self._content))
+        if record.op != mcap_file.CHUNK:
+            raise ValueError("there is no chunk")
+        head = mcap_file.chunk_head(self._content, record)
+        return mcap_file.messages_in(mcap_file.chunk_contents(self._content, head), wanted)
 
-    def _scan(self) -> None:
-        schemas: dict[int, Schema] = {}
-        records: dict[int, ChannelRecord] = {}
-        counts: Counter[int] = Counter()
-        first_ns, last_ns, self._sorted = 2**64, -1, True
-        with self._path.open("rb") as stream:
-            for record in StreamReader(stream, validate_crcs=True).records:
-                if isinstance(record, Schema):
-                    schemas[record.id] = record
-                elif isinstance(record, ChannelRecord):
-                    records[record.id] = record
-                elif isinstance(record, Message):
-                    counts[record.channel_id] += 1
-                    self._sorted = self._sorted and record.log_time >= last_ns
-                    first_ns, last_ns = min(first_ns, record.log_time), max(last_ns, record.log_time)
-        self._channel_of = {key: _channel(record, schemas, counts[key]) for key, record in records.items()}
-        self.span_ns = (first_ns, last_ns) if counts else None
+    def _by_summary(self, file: BinaryIO) -> list[Chunk]:
+        """The chunks as the summary lists them, or as they are found in the order of the file."""
+        try:
+            summary = SeekingReader(file, validate_crcs=True).get_summary()
+        except Exception as error:
+            self._found.append(f"no usable summary ({describe(error)}): read in the order of the file")
+            return self._by_looking()
+        if summary is None or not _complete(summary, len(self._content)) or summary.statistics is None:
+            return self._by_looking()
+        self._schemas, self._records = summary.schemas, summary.channels
+        self._counts.update(summary.statistics.channel_message_counts)
+        return [
+            Chunk(
+                index.chunk_start_offset,
+                index.chunk_length,
+                index.message_start_time,
+                index.message_end_time,
+                frozenset(index.message_index_offsets),
+            )
+            for index in summary.chunk_indexes
+        ]
+
+    def _by_looking(self) -> list[Chunk]:
+        """The chunks in the order of the file, each looked into, and portions of messages that are in none."""
+        size = len(self._content)
+        place = len(mcap_file.MAGIC)
+        chunks: list[Chunk] = []
+        loose = _Loose()
+        while place < size:
+            try:
+                record = mcap_file.record_at(self._content, place, size)
+            except ValueError as error:
+                self._found.append(f"read up to byte {place} of {size}: {error}")
+                break
+            if record.op == mcap_file.DATA_END:
+                break
+            if record.end > size:
+                self._found.append(f"cut off after {size / 1e6:.3f} MB, within a record of {record.end - place} bytes")
+            if record.op == mcap_file.CHUNK:
+                chunks += self._looked_into(record)
+            elif record.end <= size:
+                chunks += loose.take(self._take(self._content, record), record)
+            place = record.end
+        chunks += loose.rest()
+        self._loose = loose.ends
+        if lost := sum(count for key, count in self._counts.items() if key not in self._records):
+            self._found.append(f"{lost} messages skipped: the records that name their topic are lost")
+        return chunks
+
+    def _looked_into(self, record: mcap_file.Record) -> list[Chunk]:
+        try:
+            contents = mcap_file.chunk_contents(self._content, mcap_file.chunk_head(self._content, record))
+        except Exception as error:
+            what = error.what if isinstance(error, DatasetsError) else describe(error)
+            self._found.append(f"the chunk at byte {record.place} is skipped: {what}")
+            return []
+        found = [message for inner in mcap_file.records(contents) if (message := self._take(contents, inner))]
+        if not found:
+            return []
+        times = [record_ns for _, record_ns in found]
+        channels = frozenset(channel for channel, _ in found)
+        return [Chunk(record.place, record.end - record.place, min(times), max(times), channels)]
+
+    def _take(self, content: bytes | FileBytes, record: mcap_file.Record) -> tuple[int, int] | None:
+        """Note a schema or a channel; channel and record time of a message."""
+        if record.op == mcap_file.MESSAGE:
+            channel, record_ns = mcap_file.message_head(content, record)
+            self._counts[channel] += 1
+            return channel, record_ns
+        if record.op in (mcap_file.SCHEMA, mcap_file.CHANNEL):
+            stream = ReadDataStream(BytesIO(content[record.start : record.end]))
+            if record.op == mcap_file.SCHEMA:
+                schema = Schema.read(stream)
+                self._schemas[schema.id] = schema
+            else:
+                described = ChannelRecord.read(stream)
+                self._records[described.id] = described
+        return None
 
 
-def _complete(summary: Summary) -> _Index | None:
-    """The summary's parts, where it alone tells where each message is and what it is."""
+class _Loose:
+    """Gathers messages outside of chunks into portions."""
+
+    def __init__(self) -> None:
+        self.ends: dict[int, int] = {}
+        self._start = 0
+        self._end = 0
+        self._messages: list[tuple[int, int]] = []
+
+    def take(self, message: tuple[int, int] | None, record: mcap_file.Record) -> list[Chunk]:
+        """Add a record; the portion that is full with it, or nothing."""
+        if message is None and not self._messages:
+            return []
+        if not self._messages:
+            self._start = record.place
+        self._end = record.end
+        if message is not None:
+            self._messages.append(message)
+        return self.rest() if self._end - self._start > _LOOSE_BYTES else []
+
+    def rest(self) -> list[Chunk]:
+        """The portion at hand, if there is one."""
+        if not self._messages:
+            return []
+        times = [record_ns for _, record_ns in self._messages]
+        self.ends[self._start] = self._end
+        channels = frozenset(channel for channel, _ in self._messages)
+        self._messages = []
+        return [Chunk(self._start, self._end - self._start, min(times), max(times), channels)]
+
+
+def _complete(summary: Summary, size: int) -> bool:
+    """Whether the summary alone tells where each message is and what it is, within the file."""
     statistics = summary.statistics
     if statistics is None:
-        return None
-    if unknown := {x.compression for x in summary.chunk_indexes} - set(_COMPRESSIONS):
-        raise DatasetsError(f"chunk compression {min(unknown)!r} is not supported; lz4 and zstd are")
+        return False
     used = {key for chunk in summary.chunk_indexes for key in chunk.message_index_offsets}
     used |= set(statistics.channel_message_counts)
     described = used <= set(summary.channels) and all(
@@ -121,23 +209,13 @@ def _complete(summary: Summary) -> _Index | None:
     )
     counted = sum(statistics.channel_message_counts.values()) == statistics.message_count
     located = bool(summary.chunk_indexes) or statistics.message_count == 0
-    if not (described and counted and located):
-        return None
-    return _Index(statistics, summary.channels, summary.schemas, summary.chunk_indexes)
-
-
-def _holds(index: ChunkIndex, channel_ids: Collection[int]) -> bool:
-    """Whether the chunk may hold messages of the channels; one without an index of its own may hold any."""
-    return not index.message_index_offsets or any(key in index.message_index_offsets for key in channel_ids)
-
-
-def _from(
-    stream: BinaryIO, index: ChunkIndex, channel_ids: Collection[int]
-) -> Iterator[tuple[int, ChunkMessage | None]]:
-    """The messages with their times, after an empty entry that keeps the chunk unread before its time."""
-    yield index.message_start_time, None
-    for message in chunk_messages(stream, index, channel_ids):
-        yield message.record_ns, message
+    inside = all(
+        chunk.chunk_start_offset + chunk.chunk_length <= size
+        and chunk.message_start_time <= chunk.message_end_time
+        and chunk.compression in mcap_file.COMPRESSIONS
+        for chunk in summary.chunk_indexes
+    )
+    return described and counted and located and inside
 
 
 def _channel(record: ChannelRecord, schemas: dict[int, Schema], count: int) -> Channel:

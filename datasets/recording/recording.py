@@ -3,7 +3,6 @@
 import heapq
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack
-from itertools import takewhile
 from pathlib import Path
 from types import TracebackType
 
@@ -13,7 +12,7 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.foreign import describe
 from navtool.datasets.recording.message_type import MessageType, StampLayout, message_type
 from navtool.datasets.recording.raw import RawMessage, RecordingFormat, Topic
-from navtool.datasets.recording.source import Channel, Source
+from navtool.datasets.recording.source import END_NS, Channel, Source
 
 
 class Recording:
@@ -95,13 +94,19 @@ class Recording:
                 where=self.path,
                 cure=f"choose from {', '.join(sorted(known)) or 'nothing: the recording has no topics'}",
             )
-        wanted = frozenset(topics)
-        streams = [_from(x.span_ns[0], x.messages(wanted)) for x in self._sources if x.span_ns is not None]
-        merged = self._merged(streams)
-        if start_ns is None and end_ns is None:
-            return merged
-        first, last = start_ns or 0, end_ns if end_ns is not None else 2**63
-        return takewhile(lambda raw: raw.record_ns <= last, (raw for raw in merged if raw.record_ns >= first))
+        wanted, first, last = frozenset(topics), start_ns or 0, END_NS if end_ns is None else end_ns
+        streams = [
+            _from(x.span_ns[0], x.messages(wanted, first, last))
+            for x in self._sources
+            if x.span_ns is not None and x.span_ns[1] >= first and x.span_ns[0] <= last
+        ]
+        return self._merged(streams)
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What is wrong with the files, as far as they were read: what had to be skipped or done without."""
+        parts = [(source.where, fault) for source in self._sources for fault in source.faults]
+        return tuple(fault if len(self._sources) == 1 else f"{where.name}: {fault}" for where, fault in parts)
 
     def header_stamp_ns(self, raw: RawMessage) -> int | None:
         """The header's stamp, read from the bytes; 0 where it was left unset, None where the type has no header.

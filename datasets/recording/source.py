@@ -2,9 +2,13 @@
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from navtool.datasets.recording.raw import RawMessage
+
+END_NS = 2**63 - 1
+"""Later than any message."""
 
 
 class Definition(NamedTuple):
@@ -32,6 +36,9 @@ class Channel:
 class Source(Protocol):
     """One opened file."""
 
+    where: Path
+    """As the user named it."""
+
     @property
     def channels(self) -> tuple[Channel, ...]:
         """Its channels, those without messages included."""
@@ -40,8 +47,12 @@ class Source(Protocol):
     def span_ns(self) -> tuple[int, int] | None:
         """Record times of the first and the last message; None without messages."""
 
-    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
-        """The messages of the topics in the order of their record times."""
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What is wrong with the file, as far as it was read; empty for a sound one."""
+
+    def messages(self, topics: Collection[str], start_ns: int = 0, end_ns: int = END_NS) -> Iterator[RawMessage]:
+        """The messages of the topics within the times, both included, in the order of their record times."""
 
     def close(self) -> None:
         """Let go of the file."""

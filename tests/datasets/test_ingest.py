@@ -190,7 +190,7 @@ def test_bad_recordings_are_quarantined_with_a_reason_and_leave_nothing(
     text.write_text("not a bag")
     whole = write_recording("ros1", drive_entries(ros1=True), name="whole").read_bytes()
     torn = tmp_path / "torn.bag"
-    torn.write_bytes(whole[: len(whole) // 2])
+    torn.write_bytes(whole[:9000])  # within the definitions that precede the messages
     imu = write_recording("mcap", drive_entries(streams=("imu",)), name="imu")
     short = write_recording("mcap", drive_entries(0.1, streams=("odometry",)), name="short")
     out = tmp_path / "out"
@@ -204,6 +204,22 @@ def test_bad_recordings_are_quarantined_with_a_reason_and_leave_nothing(
     alone = tmp_path / "alone"
     assert _ingest([text], alone).episodes == []
     assert not alone.exists(), "no data set, no folder"
+
+
+def test_a_torn_recording_gives_the_rows_it_still_has_and_says_so(
+    write_recording: Write, drive_entries: Drive, tmp_path: Path
+) -> None:
+    whole = write_recording("ros1", drive_entries(8.0, ros1=True), name="whole").read_bytes()
+    torn = tmp_path / "torn.bag"
+    torn.write_bytes(whole[: len(whole) * 3 // 4])
+    out = tmp_path / "out"
+    report = _ingest([torn], out)
+    assert report.quarantined == []
+    assert 45 < report.episodes[0].rows < 75
+    assert any(note.startswith("recovered: cut off after") for note in report.episodes[0].notes)
+    made = json.loads((NavDataset(out).layout.episode(0) / "provenance.json").read_text())
+    assert any("cut off after" in fault for fault in made["recovered"])
+    assert check_dataset(out).passed
 
 
 def test_named_topics_are_not_replaced_by_guesses(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:

@@ -1,0 +1,100 @@
+"""What chunked formats share: messages in the order of time out of chunks that overlap in it, damaged ones skipped."""
+
+import heapq
+from collections.abc import Callable, Container, Iterator, Sequence
+from operator import itemgetter
+from typing import NamedTuple
+
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.recording.foreign import describe
+
+MOST_BYTES = 1 << 30
+"""No recorder writes chunks of more than a gibibyte: a longer one is damage, and is not decompressed."""
+
+
+class Chunk(NamedTuple):
+    """A portion of the file whose messages are read at once."""
+
+    place: int
+    """Where it begins in the file."""
+    size: int
+    """Bytes in the file."""
+    start_ns: int
+    """Record time of its earliest message."""
+    end_ns: int
+    """Record time of its latest message."""
+    channels: frozenset[int]
+    """Whose messages it may hold; empty where that is not known."""
+
+
+class ChunkMessage(NamedTuple):
+    """A message as the chunk holds it."""
+
+    record_ns: int
+    channel: int
+    data: bytes
+
+
+type Contents = tuple[bytes, list[tuple[int, int, int, int]]]
+"""A chunk's bytes, and for each message its record time, start, end and channel."""
+type Load = Callable[[Chunk, Container[int]], Contents]
+
+
+class Skipped:
+    """The chunks that could not be read, each counted once however often it is tried."""
+
+    def __init__(self, total: int) -> None:
+        self._total = total
+        self._reasons: dict[int, str] = {}
+        self._bytes = 0
+
+    def add(self, chunk: Chunk, error: Exception) -> None:
+        """Note a chunk and why it was skipped."""
+        if chunk.place not in self._reasons:
+            self._reasons[chunk.place] = error.what if isinstance(error, DatasetsError) else describe(error)
+            self._bytes += chunk.size
+
+    def faults(self) -> tuple[str, ...]:
+        """One sentence, or none."""
+        if not self._reasons:
+            return ()
+        first = min(self._reasons)
+        which = f"the first at byte {first}: {self._reasons[first]}"
+        return (f"{len(self._reasons)} of {self._total} chunks skipped, {self._bytes / 1e6:.3f} MB ({which})",)
+
+
+def merged(
+    chunks: Sequence[Chunk],
+    wanted: Container[int],
+    load: Load,
+    skipped: Skipped,
+    start_ns: int,
+    end_ns: int,
+) -> Iterator[ChunkMessage]:
+    """The messages of the wanted channels within the times, by time; a chunk is read when its time comes."""
+    streams = [
+        _from(chunk, wanted, load, skipped, start_ns, end_ns)
+        for chunk in chunks
+        if chunk.end_ns >= start_ns
+        and chunk.start_ns <= end_ns
+        and (not chunk.channels or any(channel in wanted for channel in chunk.channels))
+    ]
+    for _, message in heapq.merge(*streams, key=itemgetter(0)):
+        if message is not None:
+            yield message
+
+
+def _from(
+    chunk: Chunk, wanted: Container[int], load: Load, skipped: Skipped, start_ns: int, end_ns: int
+) -> Iterator[tuple[int, ChunkMessage | None]]:
+    """The messages with their times, after an empty entry that keeps the chunk unread before its time."""
+    yield chunk.start_ns, None
+    try:
+        contents, found = load(chunk, wanted)
+    except Exception as error:
+        skipped.add(chunk, error)
+        return
+    found.sort()
+    for record_ns, start, end, channel in found:
+        if start_ns <= record_ns <= end_ns:
+            yield record_ns, ChunkMessage(record_ns, channel, contents[start:end])

@@ -1,0 +1,178 @@
+"""The records of a ROS 1 bag, version 2.0, and what its chunks hold; read with or without the bag's index.
+
+Written for bags that other readers refuse: without an index, cut off, or with damaged chunks in them.
+"""
+
+import bz2
+import struct
+from collections.abc import Container, Iterator
+from typing import NamedTuple
+
+import lz4.frame
+
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.recording.chunks import MOST_BYTES, Contents
+from navtool.datasets.recording.file_bytes import FileBytes
+
+MAGIC = b"#ROSBAG V2.0\n"
+_LENGTH = struct.Struct("<I")
+_TIME = struct.Struct("<II")
+_MOST_HEADER = 1 << 20
+MESSAGE, HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
+_BEFORE_COMPRESSION = 64
+
+
+class Record(NamedTuple):
+    """A record: its fields, and where its data lies."""
+
+    place: int
+    fields: dict[bytes, bytes]
+    start: int
+    end: int
+
+    @property
+    def op(self) -> int:
+        """What kind of record it is."""
+        return self.fields[b"op"][0]
+
+
+class Connection(NamedTuple):
+    """A publisher's stream."""
+
+    topic: str
+    type: str
+    definition: str
+
+
+def record_at(content: bytes | FileBytes, place: int, limit: int) -> Record:
+    """The record at a place.
+
+    Raises:
+        ValueError: There is none, or it reaches beyond the limit.
+    """
+    start, fields = _fields(content, place, limit)
+    if start + 4 > limit:
+        raise ValueError(f"the record at byte {place} is cut off")
+    end = start + 4 + _u32(content, start)
+    return Record(place, fields, start + 4, end)
+
+
+def _u32(content: bytes | FileBytes, place: int) -> int:
+    return int.from_bytes(content[place : place + 4], "little")
+
+
+def _fields(content: bytes | FileBytes, place: int, limit: int) -> tuple[int, dict[bytes, bytes]]:
+    if place + 4 > limit:
+        raise ValueError(f"the record at byte {place} is cut off")
+    size = _u32(content, place)
+    end = place + 4 + size
+    if size > _MOST_HEADER or end > limit:
+        raise ValueError(f"the record at byte {place} has a header of {size} bytes")
+    fields = _plain_fields(content[place + 4 : end], place)
+    if len(fields.get(b"op", b"")) != 1:
+        raise ValueError(f"the record at byte {place} has no kind")
+    return end, fields
+
+
+def _plain_fields(data: bytes, place: int) -> dict[bytes, bytes]:
+    """Named values, each behind its length."""
+    fields: dict[bytes, bytes] = {}
+    at = 0
+    while at < len(data):
+        if at + 4 > len(data):
+            raise ValueError(f"the header of the record at byte {place} is damaged")
+        end = at + 4 + _LENGTH.unpack_from(data, at)[0]
+        name, equals, value = data[at + 4 : end].partition(b"=")
+        if not equals or end > len(data):
+            raise ValueError(f"the header of the record at byte {place} is damaged")
+        fields[name] = value
+        at = end
+    return fields
+
+
+def number(record: Record, name: bytes) -> int:
+    """An unsigned number among a record's fields.
+
+    Raises:
+        ValueError: The record has no such number.
+    """
+    value = record.fields.get(name, b"")
+    if len(value) not in (4, 8):
+        raise ValueError(f"the record at byte {record.place} has no {name.decode()}")
+    return int.from_bytes(value, "little")
+
+
+def time_ns(value: bytes, at: int = 0) -> int:
+    """A ROS 1 time."""
+    seconds, nanoseconds = _TIME.unpack_from(value, at)
+    return int(seconds) * 1_000_000_000 + int(nanoseconds)
+
+
+def connection_of(content: bytes | FileBytes, record: Record) -> Connection:
+    """The connection that a record describes."""
+    described = _plain_fields(content[record.start : record.end], record.place)
+    topic = described.get(b"topic") or record.fields.get(b"topic", b"")
+    parts = (topic, described.get(b"type", b""), described.get(b"message_definition", b""))
+    return Connection(*(part.decode(errors="replace") for part in parts))
+
+
+def next_chunk(content: FileBytes, place: int) -> int | None:
+    """Where the next chunk begins whose header can be read; None where there is none."""
+    while (found := content.find(b"compression=", place)) != -1:
+        for start in range(max(found - _BEFORE_COMPRESSION, len(MAGIC)), found - 7):
+            try:
+                record = record_at(content, start, len(content))
+            except ValueError:
+                continue
+            if record.op == CHUNK:
+                return start
+        place = found + 1
+    return None
+
+
+def readable(chunk: Record) -> bool:
+    """Whether a chunk's compression is known."""
+    return chunk.fields.get(b"compression") in (b"none", b"bz2", b"lz4")
+
+
+def chunk_contents(content: FileBytes, record: Record) -> bytes:
+    """A chunk's records, decompressed; of a chunk that is cut off, what can be had of them.
+
+    Raises:
+        DatasetsError: The compression is unknown or the chunk is beyond all measure.
+        Exception: Whatever the decompressor says of damaged data.
+    """
+    size, compression = number(record, b"size"), record.fields.get(b"compression", b"")
+    if size > MOST_BYTES:
+        raise DatasetsError(f"a chunk of {size} bytes")
+    packed = content[record.start : record.end]
+    if compression == b"none":
+        return packed
+    if compression == b"bz2":
+        return bz2.BZ2Decompressor().decompress(packed, max_length=size)
+    if compression == b"lz4":
+        return lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size)
+    raise DatasetsError(f"chunk compression {compression.decode(errors='replace')!r} is not supported; bz2 and lz4 are")
+
+
+def records_in(contents: bytes) -> Iterator[Record]:
+    """The records of a chunk, up to the first that is not whole."""
+    place = 0
+    while place < len(contents):
+        try:
+            record = record_at(contents, place, len(contents))
+        except ValueError:
+            return
+        if record.end > len(contents):
+            return
+        yield record
+        place = record.end
+
+
+def messages_in(contents: bytes, wanted: Container[int]) -> Contents:
+    """The messages of the wanted connections."""
+    found = []
+    for record in records_in(contents):
+        if record.op == MESSAGE and (connection := number(record, b"conn")) in wanted:
+            found.append((time_ns(record.fields[b"time"]), record.start, record.end, connection))
+    return contents, found
