@@ -142,7 +142,8 @@ class _Recording:
     @property
     def futures(self) -> list[Future[Any]]:
         """What is still to be waited for."""
-        return [future for future in (self.planning, *self.reading) if not future.done()]
+        every: list[Future[Any]] = [self.planning, *self.reading]
+        return [future for future in every if not future.done()]
 
     @property
     def finished(self) -> bool:

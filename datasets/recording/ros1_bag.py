@@ -151,7 +151,7 @@ def chunk_contents(content: FileBytes, record: Record) -> bytes:
     if compression == b"bz2":
         return bz2.BZ2Decompressor().decompress(packed, max_length=size)
     if compression == b"lz4":
-        return lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size)
+        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size))
     raise DatasetsError(f"chunk compression {compression.decode(errors='replace')!r} is not supported; bz2 and lz4 are")
 
 

@@ -90,7 +90,9 @@ def test_one_wild_stamp_is_a_step_there_and_back() -> None:
 def test_pauses_and_late_records_are_no_steps() -> None:
     paused = PACED.copy()
     paused[100:] += 30 * 10**9
-    assert mend_jumps(paused, paused + DELAY, 500_000_000) == (pytest.approx(paused), ())
+    kept, none = mend_jumps(paused, paused + DELAY, 500_000_000)
+    assert none == ()
+    np.testing.assert_array_equal(kept, paused)
     record = PACED + DELAY
     record[60:100] = np.maximum(record[60:100], PACED[99])  # four seconds held back, then written at once
     mended, jumps = mend_jumps(PACED, record, 500_000_000)

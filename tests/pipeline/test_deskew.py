@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from navtool.pipeline.geometry.deskew import deskewed
 from navtool.pipeline.geometry.transforms import invert_transform, transform_from_xyz_rpy
@@ -13,7 +14,7 @@ def test_static_points_return_to_where_they_were_at_the_stamp(from_s: float) -> 
     time_s = np.sort(rng.uniform(from_s, from_s + 0.1, 5000)).astype(np.float32)
     still = rng.uniform(-30, 30, (5000, 3))
 
-    def pose(at_s: np.ndarray) -> np.ndarray:
+    def pose(at_s: NDArray[np.float64]) -> NDArray[np.float64]:
         speed, turn = 2.0, 1.5
         zero = np.zeros_like(at_s)
         xyz = np.stack([speed / turn * np.sin(turn * at_s), speed / turn * (1 - np.cos(turn * at_s)), zero], axis=-1)
