@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float32, Float64, Shaped, UInt8
 
 from navtool.datasets.decode.messages import ImageFrame, PointCloud
 from navtool.datasets.errors import DatasetsError
+from navtool.datasets.ingest.background import Background
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.motion import Motion
 from navtool.datasets.ingest.plan import EpisodePlan, LargeStream
@@ -236,6 +237,8 @@ class _Rows:
         self.result = SegmentResult({key: np.zeros(segment.ticks, dtype=np.float32) for key in keys})
         if segment.lidar:
             self.result.columns[COUNT_KEY] = np.zeros(segment.ticks, dtype=np.int64)
+        # Entered last, so left first: nothing is closed while it is still written to.
+        self._background = stack.enter_context(Background())
         self._waits = {name: self._served(part) for name, part in segment.parts.items()}
         self._frames: dict[int, Image] = {}
         self._thinned: dict[int, tuple[Points, int]] = {}
@@ -287,7 +290,7 @@ class _Rows:
         if position in part.own and self._clouds is not None:
             self.result.points_nonfinite += cloud.dropped_nonfinite
             serves = self._segment.first_tick + ticks[0] if ticks else -1
-            self._clouds.add(cloud, stamp_ns, raw.record_ns, serves)
+            self._background.call(self._clouds.add, cloud, stamp_ns, raw.record_ns, serves)
         if not ticks:
             return
         self._judge(
@@ -340,17 +343,16 @@ class _Rows:
     def _settle(self) -> None:
         """Write every row that waits for nothing more."""
         while self._next < self._segment.ticks and not any(waits[self._next] for waits in self._waits.values()):
-            self._write(self._next)
+            frame = self._frames.pop(self._next, None)
+            self._background.call(self._write, frame, *self._thinned.pop(self._next, (_NO_POINTS, 0)))
             self._next += 1
 
-    def _write(self, tick: int) -> None:
+    def _write(self, frame: Image | None, points: Points, kept: int) -> None:
         if self._video is not None:
-            frame = self._frames.pop(tick, None)
             self._video.add(_BLACK if frame is None else frame)
             if frame is not None:
                 self.result.images.add(frame)
         if self._points is not None:
-            points, kept = self._thinned.pop(tick, (_NO_POINTS, 0))
             self._points.write(points.data)
             if kept:
                 self.result.clouds.add(points[:kept])

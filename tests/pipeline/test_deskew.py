@@ -22,6 +22,6 @@ def test_static_points_return_to_where_they_were_at_the_stamp(from_s: float) -> 
 
     seen = np.einsum("nij,nj->ni", invert_transform(pose(time_s.astype(float))), np.c_[still, np.ones(5000)])[:, :3]
     knots = np.linspace(from_s, from_s + 0.1, 17)
-    straight = deskewed(np.ascontiguousarray(seen.T, np.float32), time_s, knots, pose(knots))
+    straight = deskewed(np.ascontiguousarray(seen.T, np.float32), time_s, knots, pose(np.asarray(knots, np.float64)))
     assert np.abs(seen - still).max() > 1.0
     assert np.abs(straight.T - still).max() < 0.002
