@@ -9,6 +9,8 @@ BENCHMARKS = {
     "agnn": "agnn.py",
     "reliability": "reliability.py",
     "cloud_features": "cloud_reliability_auc.py",
+    "ingest": "ingest.py",
+    "reads": "reads.py",
 }
 
 

@@ -32,15 +32,15 @@ class TopicCandidates:
     lidar: list[str] = field(default_factory=list)
     """PointCloud2 of the LiDAR, unfiltered and in the sensor's frame."""
     odometry: list[str] = field(default_factory=list)
-    """Odometry in a smooth local frame."""
+    """Odometry in a smooth local frame; if named, a PoseStamped, whose differences then give the speeds."""
     imu: list[str] = field(default_factory=list)
     """Imu at its native rate."""
     joints: list[str] = field(default_factory=list)
     """JointState."""
     battery: list[str] = field(default_factory=list)
-    """BatteryState."""
+    """BatteryState, or if named a Float32 or Float64 with the current in A."""
     command: list[str] = field(default_factory=list)
-    """Twist or TwistStamped: the velocity asked of the robot."""
+    """Twist or TwistStamped, or if named Odometry or Joy: the velocity asked of the robot."""
     intervention: list[str] = field(default_factory=list)
     """std_msgs Bool: true while an operator overrides the robot."""
 
@@ -127,6 +127,38 @@ class Mounting:
 
 
 @dataclass(kw_only=True, slots=True)
+class JoyCommand:
+    """How a joystick (sensor_msgs/Joy) asks for a velocity, where the recording has no commands but its axes."""
+
+    forward_axis: int
+    """Axis of the forward speed, from 0."""
+    forward_mps: float
+    """Speed that the axis asks for at +1; negative where forward is -1."""
+    turn_axis: int
+    """Axis of the turning rate, from 0."""
+    turn_radps: float
+    """Rate to the left that the axis asks for at +1; negative where left is -1."""
+    left_axis: int = -1
+    """Axis of the speed to the left; -1 for none."""
+    left_mps: float = 0.0
+    """Speed to the left that the axis asks for at +1."""
+    dead_zone: float = 0.02
+    """Deflection below which an axis counts as released, in [0, 1)."""
+    enable_button: int = -1
+    """Button without which the robot stands; -1 for none."""
+
+    def __post_init__(self) -> None:
+        for name in ("forward_axis", "turn_axis"):
+            if not 0 <= getattr(self, name) < 64:
+                raise DatasetsError(f"{name} = {getattr(self, name)}", where="joy", cure="count the axes from 0")
+        if not 0 <= self.dead_zone < 1:
+            raise DatasetsError(f"dead_zone = {self.dead_zone}", where="joy", cure="give a share in [0, 1)")
+        for name in ("forward_mps", "turn_radps", "left_mps"):
+            if not abs(getattr(self, name)) <= 50:
+                raise DatasetsError(f"{name} = {getattr(self, name)}", where="joy", cure="give m/s and rad/s")
+
+
+@dataclass(kw_only=True, slots=True)
 class RobotConfig:
     """One robot as its recordings see it; every stream that is left open is proposed from each recording."""
 
@@ -146,6 +178,8 @@ class RobotConfig:
     """Width of the swath that the robot drives over, in (0, 5]."""
     battery_current_sign: int = -1
     """Sign that a discharging current has in the recordings; sensor_msgs says negative. The data set's is positive."""
+    joy: JoyCommand | None = None
+    """What the axes of a joystick mean that stands in for commands; None where there is none."""
     camera: CameraFallback | None = None
     """Calibration where a recording has none; None leaves such recordings without one."""
     mounting: dict[str, Mounting] = field(default_factory=dict)

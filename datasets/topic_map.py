@@ -7,7 +7,14 @@ from dataclasses import dataclass
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording import Topic
 from navtool.datasets.robot import NO_TOPIC, TopicCandidates
-from navtool.datasets.topic_score import IMAGE_TYPES, STREAM_TYPES, camera_name, camera_namespaces, name_score
+from navtool.datasets.topic_score import (
+    IMAGE_TYPES,
+    STREAM_TYPES,
+    camera_name,
+    camera_namespaces,
+    name_score,
+    readable_types,
+)
 from navtool.datasets.topic_unused import UnusedTopic, unused_topics
 
 TRANSFORM_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
@@ -96,8 +103,8 @@ def _first_candidate(
     for candidate in wanted:
         for name in _matches(candidate, listed):
             topic = listed[name]
-            if topic.type not in STREAM_TYPES[stream]:
-                faults.append(f"{stream}: {name} is {topic.type}, wanted {' or '.join(STREAM_TYPES[stream])}")
+            if topic.type not in readable_types(stream):
+                faults.append(f"{stream}: {name} is {topic.type}, wanted {' or '.join(readable_types(stream))}")
             elif topic.count == 0:
                 empty.append(name)
             else:

@@ -20,6 +20,22 @@ STREAM_TYPES: dict[str, tuple[str, ...]] = {
 }
 """The message types that each stream can be read from, in the order of the data set's streams."""
 
+NAMED_TYPES: dict[str, tuple[str, ...]] = {
+    "odometry": ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped"),
+    "battery": ("std_msgs/msg/Float32", "std_msgs/msg/Float64"),
+    "command": (
+        "nav_msgs/msg/Odometry",
+        "sensor_msgs/msg/Joy",
+        "geometry_msgs/msg/TwistWithCovarianceStamped",
+    ),
+}
+"""Types from which a stream is read only where its topic is named: by itself such a topic may be anything."""
+
+
+def readable_types(stream: str) -> tuple[str, ...]:
+    """Every type that a named topic of the stream may have."""
+    return (*STREAM_TYPES[stream], *NAMED_TYPES.get(stream, ()))
+
 
 @dataclass(frozen=True, slots=True)
 class _Hints:

@@ -36,7 +36,7 @@ _BY_TYPE = (
     (r"(VelodyneScan|PandarScan|PacketMsg|Packets?)$", "raw sensor packets; needs a packet decoder"),
     (r"^livox_\w+/msg/CustomMsg$", "a vendor's own cloud; needs a vendor decoder or a PointCloud2 from the driver"),
     (r"^sensor_msgs/msg/(NavSatFix|NavSatStatus)$", "satellite positions have no column in the data set"),
-    (r"^sensor_msgs/msg/Joy$", "joystick axes are not velocities; map them to a Twist first"),
+    (r"^sensor_msgs/msg/Joy$", "joystick axes are not velocities; name it as command, with `joy`, in the robot file"),
 )
 """First match wins: regular expression on the type, reason."""
 

@@ -193,6 +193,16 @@ class FloatSample:
 
 
 @dataclass(frozen=True, kw_only=True)
+class JoySample:
+    """A joystick: axes in [-1, 1], buttons 0 or 1, in the driver's order."""
+
+    stamp_ns: int | None
+    frame_id: str
+    axes: Float64[Array, " a"]
+    buttons: Float64[Array, " b"]
+
+
+@dataclass(frozen=True, kw_only=True)
 class StringSample:
     """A text, such as a robot description."""
 
@@ -216,6 +226,7 @@ type Decoded = (
     | NavSatSample
     | BoolSample
     | FloatSample
+    | JoySample
     | StringSample
 )
 """Whatever a message decodes to."""

@@ -45,15 +45,18 @@ def _decoded(message: Any) -> PointCloud:
     head = head_of(message)
     fields = _fields(message)
     points = _points(message, fields.names())
-    x, y, z = (points[name].astype(np.float32).reshape(-1) for name in fields.xyz)
+    # By column: what works on clouds goes through one coordinate after the other.
+    columns = np.empty((3, points.size), np.float32)
+    for column, name in zip(columns, fields.xyz, strict=True):
+        column.reshape(points.shape)[...] = points[name]
     intensity = None if fields.intensity is None else points[fields.intensity].astype(np.float32).reshape(-1)
     ring = None if fields.ring is None else _ring(points[fields.ring].reshape(-1))
     time_s = None if fields.time is None else seconds_from_header(points[fields.time].reshape(-1), head.stamp_ns or 0)
-    finite = np.isfinite(x) & np.isfinite(y) & np.isfinite(z)
+    finite = np.isfinite(columns).all(axis=0)
     kept: Any = slice(None) if finite.all() else finite
     return PointCloud(
         **head._asdict(),
-        xyz=np.stack([x[kept], y[kept], z[kept]], axis=1),
+        xyz=columns[:, kept].T,
         intensity=None if intensity is None else intensity[kept],
         ring=None if ring is None else ring[kept],
         time_s=None if time_s is None else time_s[kept],

@@ -6,7 +6,14 @@ import numpy as np
 from jaxtyping import Float64
 
 from navtool.datasets.decode.header import NO_HEAD, head_of
-from navtool.datasets.decode.messages import BatterySample, BoolSample, FloatSample, JointSample, StringSample
+from navtool.datasets.decode.messages import (
+    BatterySample,
+    BoolSample,
+    FloatSample,
+    JointSample,
+    JoySample,
+    StringSample,
+)
 from navtool.pipeline.arrays import Array
 
 
@@ -41,6 +48,12 @@ def decode_bool(message: Any) -> BoolSample:
 def decode_float(message: Any) -> FloatSample:
     """``std_msgs/Float32`` and ``std_msgs/Float64``."""
     return FloatSample(**NO_HEAD._asdict(), value=float(message.data))
+
+
+def decode_joy(message: Any) -> JoySample:
+    """``sensor_msgs/Joy``."""
+    axes, buttons = (np.asarray(values, np.float64) for values in (message.axes, message.buttons))
+    return JoySample(**head_of(message)._asdict(), axes=axes, buttons=buttons)
 
 
 def decode_string(message: Any) -> StringSample:

@@ -22,6 +22,7 @@ from navtool.datasets.decode.robot_state import (
     decode_bool,
     decode_float,
     decode_joint_state,
+    decode_joy,
     decode_string,
 )
 from navtool.datasets.decode.sensor_geometry import decode_camera_info, decode_laser_scan, decode_transforms
@@ -41,6 +42,7 @@ DECODERS: dict[str, Decoder] = {
     "sensor_msgs/msg/Image": decode_image,
     "sensor_msgs/msg/Imu": decode_imu,
     "sensor_msgs/msg/JointState": decode_joint_state,
+    "sensor_msgs/msg/Joy": decode_joy,
     "sensor_msgs/msg/LaserScan": decode_laser_scan,
     "sensor_msgs/msg/NavSatFix": decode_nav_sat_fix,
     "sensor_msgs/msg/PointCloud2": decode_point_cloud,

@@ -2,10 +2,20 @@
 
 import math
 from dataclasses import dataclass, field, fields
+from enum import StrEnum
 
 from navtool.datasets.ingest.clock import Clock
 from navtool.pipeline.cloud_reliability import CloudReliabilityConfig
 from navtool.pipeline.image_reliability import ImageReliabilityConfig
+
+
+class Merge(StrEnum):
+    """What is one recording."""
+
+    file = "file"
+    """Each file, and each rosbag2 folder."""
+    folder = "folder"
+    """All recordings that lie in one folder."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -71,6 +81,8 @@ class IngestConfig:
     """Rate of the grid in Hz, 1 to 60; one integer for the whole data set."""
     place: str = ""
     """Place of these recordings, for splits that never share one; ``{parent}`` takes each one's folder name."""
+    merge: Merge = Merge.file
+    """What is one recording: each file (and each rosbag2 folder), or all bags of a folder together, as of a mission."""
     voxel_m: float = 0.05
     """Edge of the voxels by which a cloud is thinned before points are drawn at random, in metres; 0 turns it off."""
     sync: SyncConfig = field(default_factory=SyncConfig)

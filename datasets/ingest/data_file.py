@@ -12,8 +12,8 @@ from navtool.datasets.ingest.columns import Column
 from navtool.datasets.schema import CLOUD_SIZE, POINTS_KEY, Feature, arrow_schema
 from navtool.pipeline.arrays import Array
 
-ROWS_PER_GROUP = 16
-"""Rows a row group where there are clouds: reading one cloud at random decodes about 2 MB."""
+ROWS_PER_GROUP = 4
+"""Rows a row group where there are clouds: reading one cloud at random decodes half a megabyte."""
 ROWS_PER_GROUP_SMALL = 1000
 """Rows a row group where there are none."""
 

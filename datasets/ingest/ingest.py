@@ -101,7 +101,7 @@ def ingest(
         raise DatasetsError(f"{workers} workers", cure="use at least one")
     started = time.monotonic()
     watch = progress or Silent()
-    recordings = expand(paths)
+    recordings = expand(paths, config.merge)
     report = IngestReport(str(out), dry_run)
     job = Job(robot=robot, config=config, dry_run=dry_run, allow_missing=allow_missing)
     watch.begin(len(recordings), sum(size_of(path) for path in recordings))

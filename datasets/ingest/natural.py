@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from navtool.datasets.errors import DatasetsError
+from navtool.datasets.ingest.config import Merge
 
 SUFFIXES = (".bag", ".mcap", ".db3")
 
@@ -15,11 +16,12 @@ def natural_key(path: Path) -> tuple[tuple[int, int | str], ...]:
     return tuple((0, int(part)) if part.isdigit() else (1, part) for part in parts)
 
 
-def expand(paths: Sequence[Path]) -> list[Path]:
+def expand(paths: Sequence[Path], merge: Merge = Merge.file) -> list[Path]:
     """The recordings under the given paths, without repetition, naturally sorted.
 
     A folder with a ``metadata.yaml`` is one rosbag2 recording; any other folder is searched to any depth. A file is
-    taken whatever it is called: what is wrong with it is said when it is opened.
+    taken whatever it is called: what is wrong with it is said when it is opened. Where the bags of a folder are merged,
+    the folder stands for them.
 
     Raises:
         DatasetsError: If a path does not exist or a folder holds no recording; all such are named.
@@ -31,6 +33,8 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             faults.append(f"{path}: no such file or folder")
             continue
         inside = _recordings_in(path) if path.is_dir() else [path]
+        if merge is Merge.folder and path.is_dir() and inside != [path]:
+            inside = [entry.parent for entry in inside]
         if not inside:
             faults.append(f"{path}: holds no recording ({', '.join(SUFFIXES)})")
         found |= {entry.resolve(): entry for entry in inside}

@@ -88,7 +88,7 @@ def plan_episode(
     if not any(getattr(topics, stream) for stream in GRID_STREAMS):
         raise DatasetsError(_nothing_usable(recording, topics), where=recording.path, cure=_CURE_NOTHING)
     joint_names = fixed.joint_names if fixed is not None else tuple(robot.joint_names)
-    scan = scan_recording(recording, topics, joint_names, advance)
+    scan = scan_recording(recording, topics, joint_names, robot.joy, advance)
     clocks = Clocks.of(scan, config)
     grid_stream, times, ticks = _grid(recording, topics, scan, clocks, config.fps)
     found = _contents(scan)
@@ -120,6 +120,10 @@ def plan_episode(
         *topics.notes,
         *columns.notes,
         *_calibration_notes(scan, calibration),
+    ]
+    notes += [
+        f"{name}: not one of {stream.undecodable} messages on {stream.topic} can be decoded: {stream.first_fault}"
+        for name, stream in scan.unreadable.items()
     ]
     if config.deskew and "odometry" not in small and "lidar" in large:
         notes.append("lidar: no odometry to compensate the robot's motion with; points stay as measured")
@@ -238,6 +242,7 @@ def _dropped(
         counts[f"{name}: no stamp"] = time.unstamped
         if name not in LARGE:
             counts[f"{name}: cannot be decoded"] = scan.streams[name].undecodable
+    counts |= {f"{name}: cannot be decoded": stream.undecodable for name, stream in scan.unreadable.items()}
     return {reason: count for reason, count in counts.items() if count}
 
 

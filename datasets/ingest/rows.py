@@ -7,12 +7,16 @@ import numpy as np
 from navtool.datasets.decode.messages import (
     BatterySample,
     BoolSample,
+    FloatSample,
     ImuSample,
     JointSample,
+    JoySample,
     OdometrySample,
+    PoseSample,
     TwistSample,
 )
 from navtool.datasets.errors import DatasetsError
+from navtool.datasets.robot import JoyCommand
 from navtool.pipeline.arrays import Array
 
 ODOMETRY_COLUMNS = (
@@ -42,17 +46,31 @@ class StreamRows:
     joint_names: tuple[str, ...] = ()
 
 
-def rows_of(sample: object, joint_names: tuple[str, ...]) -> StreamRows:
+def rows_of(sample: object, stream: str, joint_names: tuple[str, ...], joy: JoyCommand | None) -> StreamRows:
     """The row of a decoded message.
 
     Args:
+        stream: What the message feeds; an odometry that feeds the command gives its velocity alone.
         joint_names: Order of a joint stream's columns, from its first message; joints that a message lacks are NaN,
             those that it adds are left out.
+        joy: How a joystick's axes become a velocity.
 
     Raises:
         DatasetsError: If the type is not one of the small streams'.
     """
     match sample:
+        case TwistSample(linear=linear, angular=angular):
+            return StreamRows(sample.stamp_ns, sample.frame_id, TWIST_COLUMNS, _flat(linear, angular))
+        case OdometrySample(linear=linear, angular=angular) if stream == "command":
+            return StreamRows(sample.stamp_ns, sample.child_frame_id, TWIST_COLUMNS, _flat(linear, angular))
+        case JoySample():
+            return StreamRows(sample.stamp_ns, sample.frame_id, TWIST_COLUMNS, _velocity(sample, joy))
+        case FloatSample():
+            return StreamRows(sample.stamp_ns, "", BATTERY_COLUMNS, (sample.value, np.nan, np.nan))
+        case PoseSample():
+            # No velocity is measured: speeds become differences of poses.
+            values = (*_flat(sample.position, sample.orientation), *(0.0,) * 6)
+            return StreamRows(sample.stamp_ns, sample.frame_id, ODOMETRY_COLUMNS, values)
         case OdometrySample():
             values = _flat(sample.position, sample.orientation, sample.linear, sample.angular)
             # The twist is in the child frame: that is the frame in which speeds are meant.
@@ -60,8 +78,6 @@ def rows_of(sample: object, joint_names: tuple[str, ...]) -> StreamRows:
         case ImuSample():
             values = _flat(sample.linear_acceleration, sample.angular_velocity)
             return StreamRows(sample.stamp_ns, sample.frame_id, IMU_COLUMNS, values)
-        case TwistSample():
-            return StreamRows(sample.stamp_ns, sample.frame_id, TWIST_COLUMNS, _flat(sample.linear, sample.angular))
         case BatterySample():
             values = (sample.current_a, sample.voltage_v, sample.percentage)
             return StreamRows(sample.stamp_ns, sample.frame_id, BATTERY_COLUMNS, values)
@@ -71,6 +87,21 @@ def rows_of(sample: object, joint_names: tuple[str, ...]) -> StreamRows:
             return _joint_row(sample, joint_names or sample.names)
         case _:
             raise DatasetsError(f"{type(sample).__name__} cannot feed a stream", cure="name a topic of a fitting type")
+
+
+def _velocity(sample: JoySample, joy: JoyCommand | None) -> tuple[float, ...]:
+    """The velocity that a joystick asks for: vx, vy, vz, wx, wy, wz."""
+    if joy is None:
+        raise DatasetsError("a joystick's axes have no meaning of their own", cure="describe them in the robot's `joy`")
+    wanted = max(joy.forward_axis, joy.turn_axis, joy.left_axis)
+    if wanted >= sample.axes.size:
+        raise DatasetsError(f"{sample.axes.size} axes, and axis {wanted} is wanted", cure="correct the robot's `joy`")
+    if joy.enable_button >= 0 and not (joy.enable_button < sample.buttons.size and sample.buttons[joy.enable_button]):
+        return (0.0,) * 6
+    axes = np.where(np.abs(sample.axes) < joy.dead_zone, 0.0, sample.axes)
+    left = float(axes[joy.left_axis]) * joy.left_mps if joy.left_axis >= 0 else 0.0
+    forward, turn = float(axes[joy.forward_axis]) * joy.forward_mps, float(axes[joy.turn_axis]) * joy.turn_radps
+    return (forward, left, 0.0, 0.0, 0.0, turn)
 
 
 def _joint_row(sample: JointSample, names: tuple[str, ...]) -> StreamRows:

@@ -12,6 +12,7 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.clock import NO_STAMP
 from navtool.datasets.ingest.rows import StreamRows, rows_of
 from navtool.datasets.recording import RawMessage, Recording
+from navtool.datasets.robot import JoyCommand
 from navtool.datasets.topic_map import TopicMap
 from navtool.pipeline.arrays import Array
 
@@ -58,12 +59,15 @@ class Scan:
     transforms: list[Transform] = field(default_factory=list)
     faults: dict[str, str] = field(default_factory=dict)
     """Calibrations and transforms that cannot be used: the first fault by topic."""
+    unreadable: dict[str, StreamScan] = field(default_factory=dict)
+    """Streams of which not one message can be decoded."""
 
 
 def scan_recording(
     recording: Recording,
     topics: TopicMap,
     joint_names: tuple[str, ...],
+    joy: JoyCommand | None = None,
     advance: Callable[[int], None] | None = None,
 ) -> Scan:
     """Read every mapped topic once, in the order of record.
@@ -73,6 +77,7 @@ def scan_recording(
 
     Args:
         joint_names: Order of the joints' columns; empty takes the first message's.
+        joy: What a joystick's axes mean, where one feeds the command.
         advance: Called with the number of bytes of each message.
 
     Raises:
@@ -90,12 +95,13 @@ def scan_recording(
         elif stream in LARGE:
             _add_stamp(scan.streams[stream], recording, raw)
         else:
-            _add_row(scan.streams[stream], recording, raw)
+            _add_row(scan.streams[stream], stream, joy, recording, raw)
         if advance is not None:
             advance(len(raw.data))
     for stream in LARGE:
         if stream in scan.streams:
             _require_decodable(scan.streams[stream], stream)
+    scan.unreadable = {name: x for name, x in scan.streams.items() if not x.record_ns and x.undecodable}
     scan.streams = {name: stream for name, stream in scan.streams.items() if stream.record_ns}
     return scan
 
@@ -122,9 +128,9 @@ def _add_stamp(stream: StreamScan, recording: Recording, raw: RawMessage) -> Non
             stream.native_size = (len(sample.xyz), 1)
 
 
-def _add_row(stream: StreamScan, recording: Recording, raw: RawMessage) -> None:
+def _add_row(stream: StreamScan, name: str, joy: JoyCommand | None, recording: Recording, raw: RawMessage) -> None:
     try:
-        rows: StreamRows = rows_of(recording.decode(raw), stream.joint_names)
+        rows: StreamRows = rows_of(recording.decode(raw), name, stream.joint_names, joy)
     except DatasetsError as error:
         _count_fault(stream, error)
         return

@@ -11,7 +11,7 @@ from pathlib import Path
 from navtool.datasets.description import Description
 from navtool.datasets.errors import OutputError
 from navtool.datasets.files import write_bytes, write_json
-from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.config import IngestConfig, Merge
 from navtool.datasets.ingest.episode import EpisodeFolder, join_segments, streams_folder
 from navtool.datasets.ingest.plan import EpisodePlan, plan_episode, source_name
 from navtool.datasets.ingest.report import EpisodeSummary
@@ -54,7 +54,7 @@ def plan_step(
     sha256, size = recording_sha256(path, advance)
     if sha256 in known:
         return Planned(sha256, size, None)
-    with _output_errors(staged), open_recording(path) as recording:
+    with _output_errors(staged), open_recording(path, merged=config.merge is Merge.folder) as recording:
         streams_to = None if staged is None else streams_folder(staged)
         plan = plan_episode(recording, robot, config, fixed, streams_to, advance)
     if fixed is not None and (extra := streams_left_out(fixed, plan.found)):
@@ -64,7 +64,7 @@ def plan_step(
 
 def segment_step(path: Path, segment: Segment, config: IngestConfig, staged: Path, advance: Advance) -> SegmentResult:
     """Read one segment of a recording and write its part of the episode."""
-    with _output_errors(staged), open_recording(path) as recording:
+    with _output_errors(staged), open_recording(path, merged=config.merge is Merge.folder) as recording:
         return write_segment(recording, segment, config, staged, advance)
 
 

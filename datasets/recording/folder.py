@@ -33,6 +33,24 @@ def files_of(path: Path) -> list[Path]:
         return _found(path)
 
 
+def all_files_of(folder: Path) -> list[Path]:
+    """The files of all recordings that lie in a folder, whatever their formats, in the order of their names.
+
+    Raises:
+        DatasetsError: There are none.
+    """
+    with translated("the folder cannot be read", where=folder):
+        found: list[Path] = []
+        for entry in sorted(folder.iterdir()):
+            if entry.is_file() and _BAG_FILE.fullmatch(entry.name):
+                found.append(entry)
+            elif (entry / "metadata.yaml").is_file():
+                found += files_of(entry)
+    if not found:
+        raise DatasetsError("there is no recording in this folder", where=folder, cure="pass a folder with bag files")
+    return found
+
+
 def _found(folder: Path) -> list[Path]:
     matches = [(x, match) for x in sorted(folder.iterdir()) if (match := _BAG_FILE.fullmatch(x.name)) and x.is_file()]
     if not matches:

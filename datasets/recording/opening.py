@@ -6,7 +6,7 @@ from pathlib import Path
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.db3_source import Db3Source
 from navtool.datasets.recording.file_compression import unpacked
-from navtool.datasets.recording.folder import files_of
+from navtool.datasets.recording.folder import all_files_of, files_of
 from navtool.datasets.recording.foreign import translated
 from navtool.datasets.recording.mcap_source import McapSource
 from navtool.datasets.recording.message_type import check_ros_distro
@@ -22,28 +22,31 @@ _MAGIC = {
 }
 
 
-def open_recording(path: Path, *, ros_distro: str = "humble") -> Recording:
+def open_recording(path: Path, *, ros_distro: str = "humble", merged: bool = False) -> Recording:
     """The recording at a path, to be used as a context manager.
 
     Args:
         path: A ROS 1 ``.bag``, a ROS 2 ``.db3``, an ``.mcap``, or the folder of a ROS 2 recording. The bytes decide,
             not the name. One file of a split recording is a recording of its own.
+        merged: Whether all recordings in a folder are one, as the bags of a mission are, one a sensor; they may be of
+            several formats.
         ros_distro: ROS 2 distribution whose message definitions stand in where the recording embeds none.
 
     Raises:
         DatasetsError: It is not there, not a recording, damaged, or stored in a way that is not supported.
     """
     check_ros_distro(ros_distro)
-    files = files_of(path)
+    mission = merged and path.is_dir() and not (path / "metadata.yaml").is_file()
+    files = all_files_of(path) if mission else files_of(path)
     with ExitStack() as resources:
         # Contents lie elsewhere than the file where it is compressed as a whole; errors name the file.
         contents = [resources.enter_context(unpacked(file)) for file in files]
         formats = [_format_of(content, file) for content, file in zip(contents, files, strict=True)]
-        if len(set(formats)) > 1:
+        if len(set(formats)) > 1 and not mission:
             raise DatasetsError(f"its files have different formats: {', '.join(sorted(set(formats)))}", where=path)
         sources = [
-            resources.enter_context(closing(_source(formats[0], content, file)))
-            for content, file in zip(contents, files, strict=True)
+            resources.enter_context(closing(_source(kind, content, file)))
+            for kind, content, file in zip(formats, contents, files, strict=True)
         ]
         return Recording(path, formats[0], sources, ros_distro=ros_distro, resources=resources.pop_all())
 

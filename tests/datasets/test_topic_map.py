@@ -190,7 +190,7 @@ def test_what_is_left_over_says_why() -> None:
         "/front/image_raw/compressed": "the same images as /front/image_raw in another encoding",
         "/gps/odom": "another odometry; /odom is used",
         "/imu": "no messages",
-        "/joy": "joystick axes are not velocities; map them to a Twist first",
+        "/joy": "joystick axes are not velocities; name it as command, with `joy`, in the robot file",
         "/livox/lidar": "a vendor's own cloud; needs a vendor decoder or a PointCloud2 from the driver",
         "/pose": "no stream of the data set takes this type",
         "/rear/camera_info": "calibration of a camera that is not used",

@@ -1,0 +1,55 @@
+"""Random reads of whole samples, cloud and frame included, against LeRobot's own reader on the same data set."""
+
+import os
+import shutil
+import tempfile
+from itertools import cycle
+from pathlib import Path
+
+import numpy as np
+from _bags import write_bag
+from _report import Row, median_seconds, write_report
+
+from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.ingest import ingest
+from navtool.datasets.reader import NavDataset
+from navtool.datasets.robot import RobotConfig
+from navtool.datasets.schema import IMAGE_KEY, POINTS_KEY
+
+BAR = 5.0
+
+
+def main() -> None:
+    folder = Path(tempfile.mkdtemp(prefix="navtool-bench-"))
+    os.environ["HF_HOME"] = str(folder / "hf")
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset  # noqa: PLC0415 - reads HF_HOME when it is imported
+
+    try:
+        ingest([write_bag(folder, "ros1", 0.4e9)], folder / "out", RobotConfig(), IngestConfig())
+        ours = NavDataset(folder / "out")
+        theirs = LeRobotDataset("local/bench", root=folder / "out", video_backend="pyav")
+        rows = cycle(np.random.default_rng(0).permutation(len(ours)).tolist())
+        small = [key for key in ours.features if key not in (POINTS_KEY, IMAGE_KEY)]
+
+        def read() -> object:
+            row = next(rows)
+            return ours.points(row), ours.image(row), [ours.column(key)[row] for key in small]
+
+        mine, peer = median_seconds(read, lambda: theirs[next(rows)], rounds=30)
+        what = f"a random sample of {len(ours)}, cloud, frame and all columns"
+        row = Row(
+            what=what,
+            ours=1000 * mine,
+            peer=1000 * peer,
+            ratio=peer / mine,
+            unit="ms",
+            bar=BAR,
+            holds=peer / mine >= BAR,
+        )
+        write_report("reads", [row])
+    finally:
+        shutil.rmtree(folder)
+
+
+if __name__ == "__main__":
+    main()
