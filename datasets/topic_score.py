@@ -10,7 +10,7 @@ IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 STREAM_TYPES: dict[str, tuple[str, ...]] = {
     "image": IMAGE_TYPES,
     "camera_info": ("sensor_msgs/msg/CameraInfo",),
-    "lidar": ("sensor_msgs/msg/PointCloud2",),
+    "lidar": ("sensor_msgs/msg/PointCloud2", "velodyne_msgs/msg/VelodyneScan"),
     "odometry": ("nav_msgs/msg/Odometry",),
     "imu": ("sensor_msgs/msg/Imu",),
     "joints": ("sensor_msgs/msg/JointState",),

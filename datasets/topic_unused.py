@@ -33,7 +33,7 @@ _WHAT = {
 _BY_TYPE = (
     (r"^sensor_msgs/msg/(LaserScan|MultiEchoLaserScan|LaserEcho)$", "a planar scan; the data set takes 3-D clouds"),
     (r"^sensor_msgs/msg/PointCloud$", "the old cloud type; only PointCloud2 is read"),
-    (r"(VelodyneScan|PandarScan|PacketMsg|Packets?)$", "raw sensor packets; needs a packet decoder"),
+    (r"(PandarScan|PacketMsg|Packets?)$", "raw sensor packets; needs a packet decoder"),
     (r"^livox_\w+/msg/CustomMsg$", "a vendor's own cloud; needs a vendor decoder or a PointCloud2 from the driver"),
     (r"^sensor_msgs/msg/(NavSatFix|NavSatStatus)$", "satellite positions have no column in the data set"),
     (r"^sensor_msgs/msg/Joy$", "joystick axes are not velocities; name it as command, with `joy`, in the robot file"),

@@ -26,6 +26,7 @@ from navtool.datasets.decode.robot_state import (
     decode_string,
 )
 from navtool.datasets.decode.sensor_geometry import decode_camera_info, decode_laser_scan, decode_transforms
+from navtool.datasets.decode.velodyne_packets import decode_velodyne_scan
 
 type Decoder = Callable[[Any], Decoded]
 
@@ -50,6 +51,7 @@ DECODERS: dict[str, Decoder] = {
     "std_msgs/msg/Float32": decode_float,
     "std_msgs/msg/Float64": decode_float,
     "std_msgs/msg/String": decode_string,
+    "velodyne_msgs/msg/VelodyneScan": decode_velodyne_scan,
     "tf/msg/tfMessage": decode_transforms,
     "tf2_msgs/msg/TFMessage": decode_transforms,
 }

@@ -82,7 +82,7 @@ class CloudFile:
         self._writer.close()
 
 
-def _blobs(parts: Sequence[Shaped[Array, " n *shape"] | None], dtype: str) -> pa.Array:
+def _blobs(parts: Sequence[Shaped[Array, "..."] | None], dtype: str) -> pa.BinaryArray:
     """The bytes of one array a cloud, null where there is None; copied once."""
     sizes = [0 if part is None else part.size * np.dtype(dtype).itemsize for part in parts]
     ends = np.cumsum([0, *sizes], dtype=np.int32)

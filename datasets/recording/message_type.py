@@ -14,6 +14,11 @@ from navtool.datasets.recording.source import Definition
 _ENCODINGS = ("ros1", "cdr")
 _HEADERS = ("std_msgs/msg/Header", "roslib/msg/Header")
 _CDR_TIME = {b"\0\0": struct.Struct(">iI"), b"\0\1": struct.Struct("<iI")}
+_DRIVERS_TYPES = {
+    "velodyne_msgs/msg/VelodynePacket": "builtin_interfaces/Time stamp\nuint8[1206] data",
+    "velodyne_msgs/msg/VelodyneScan": "std_msgs/Header header\nvelodyne_msgs/VelodynePacket[] packets",
+}
+"""Types of sensor drivers that no ROS distribution holds, for recordings that embed no definitions."""
 _IDL_SEPARATOR = "=" * 80 + "\n"
 
 
@@ -117,7 +122,10 @@ def check_ros_distro(ros_distro: str) -> None:
 
 @cache
 def _default_types(ros_distro: str) -> Typestore:
-    return get_typestore(Stores.ROS1_NOETIC if ros_distro == "ros1" else Stores(f"ros2_{ros_distro}"))
+    store = get_typestore(Stores.ROS1_NOETIC if ros_distro == "ros1" else Stores(f"ros2_{ros_distro}"))
+    for name, text in _DRIVERS_TYPES.items():
+        store.register(get_types_from_msg(text, name))
+    return store
 
 
 def _parsed(definition: Definition, name: str) -> Any:

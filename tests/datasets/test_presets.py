@@ -99,8 +99,8 @@ def _recorded(name: str, robot: RobotConfig, entries: list[Any], *, ros1: bool) 
     out = []
     for topic, usual_kind, record_ns, usual_fields in entries:
         kind, fields = usual_kind, usual_fields
-        stream = stream_of.get(topic)
-        if stream is None:
+        stream = stream_of.get(topic, "")
+        if not stream:
             moved = [t | {"header": t["header"] | {"frame_id": robot.base_frame}} for t in fields["transforms"]]
             out.append((topic, kind, record_ns, {"transforms": moved}))
         elif stream in topics:

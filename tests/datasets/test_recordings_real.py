@@ -135,16 +135,17 @@ def test_messages_come_in_time_and_those_of_a_known_type_decode(opened: tuple[st
         assert (recording.start_ns, recording.end_ns) == (times[0], times[-1])
 
 
-def test_packets_without_points_are_listed(recordings: Path) -> None:
+def test_packets_are_read_though_the_recording_defines_them_not(recordings: Path) -> None:
     (folder,) = {x.parent for x in (recordings / "lidar/nebula_vlp16").rglob("metadata.yaml")}
     with open_recording(folder) as recording:
         assert [(x.name, x.type, x.count) for x in recording.topics] == [
             ("/velodyne_packets", "velodyne_msgs/msg/VelodyneScan", 4)
         ]
         raw = next(everything(recording))
-        assert recording.header_stamp_ns(raw) is None
-        with pytest.raises(DatasetsError, match="no decoder"):
-            recording.decode(raw)
+        cloud = recording.decode(raw)
+        assert isinstance(cloud, m.PointCloud)
+        assert cloud.stamp_ns == recording.header_stamp_ns(raw) == 1_673_400_471_737_763_166
+        assert len(cloud.xyz) == 14_885
 
 
 def test_the_two_forms_of_one_recording_give_the_same_transforms(recordings: Path) -> None:

@@ -180,7 +180,8 @@ def reasons(text: str) -> dict[str, str]:
 def test_what_is_left_over_says_why() -> None:
     given_reasons = reasons(
         "Image /front/image_raw; Jpeg /front/image_raw/compressed; Image /rear/image_raw; Info /rear/camera_info;"
-        "Image /front/depth/image_raw; Scan /scan; Fix /fix; Packets /velodyne_packets; Livox /livox/lidar; Joy /joy;"
+        "Image /front/depth/image_raw; Scan /scan; Fix /fix; Livox /livox/lidar; Joy /joy;"
+        "ouster_ros/msg/PacketMsg /os_node/lidar_packets;"
         "Odometry /odom; Odometry /gps/odom; Imu /imu 0; my_msgs/msg/Thing /thing; Twist /velocity;"
         "geometry_msgs/msg/PoseStamped /pose"
     )
@@ -198,7 +199,7 @@ def test_what_is_left_over_says_why() -> None:
         "/scan": "a planar scan; the data set takes 3-D clouds",
         "/thing": "no decoder for my_msgs/msg/Thing",
         "/velocity": "its name does not say that it is the command; name it in the robot file if it is",
-        "/velodyne_packets": "raw sensor packets; needs a packet decoder",
+        "/os_node/lidar_packets": "raw sensor packets; needs a packet decoder",
     }
 
 
