@@ -9,6 +9,7 @@ def inspect(
     bag: Path = typer.Argument(..., help="A .bag, .mcap or .db3 file, or a rosbag2 folder.", show_default=False),
     robot: str | None = typer.Option(None, "--robot", help="Robot preset or file whose topics to look for."),
     write_robot: Path | None = typer.Option(None, "--write-robot", help="Save the topic map as a robot file to edit."),
+    report: Path | None = typer.Option(None, "--report", help="Write the recording as one HTML page."),
     as_json: bool = typer.Option(False, "--json", help="Print JSON."),
 ) -> None:
     """Show what is in a recording.
@@ -25,6 +26,14 @@ def inspect(
     inspection = inspect_recording(bag, base.topics)
     if write_robot is not None:
         save_robot_file(robot_from(base, inspection), write_robot)
+    if report is not None:
+        from navtool.datasets.files import write_bytes
+        from navtool.datasets.report.page import recording_page
+        from navtool.datasets.report.samples import take_samples
+
+        with console(error=True).status("drawing"):
+            page = recording_page(inspection, take_samples(bag, inspection))
+        write_bytes(report, page.encode())
     if as_json:
         print_json(inspection.to_json())
         return
@@ -53,5 +62,7 @@ def inspect(
     )
     print_notes(f"damaged: {fault}" for fault in inspection.faults)
     print_notes(inspection.topic_map.notes)
+    if report is not None:
+        out.print(f"report: {report}", markup=False)
     if write_robot is not None:
         out.print(f"robot file: {write_robot}", markup=False)

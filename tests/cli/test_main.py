@@ -19,7 +19,7 @@ from navtool.cli.main import app, main
 from navtool.datasets.reader import NavDataset
 
 TREE = {
-    "inspect": ["bag", "--robot", "--write-robot", "--json"],
+    "inspect": ["bag", "--robot", "--write-robot", "--report", "--json"],
     "ingest": ["arguments", "--out", "--robot", "--workers", "--dry-run", "--allow-missing", "--cfg", "--json"],
     "label": ["dataset", "overrides", "--events", "--cfg", "--json"],
     "check": ["dataset", "--json"],

@@ -1,0 +1,1 @@
+"""A recording as one page that opens anywhere."""
