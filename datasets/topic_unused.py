@@ -36,6 +36,10 @@ _BY_TYPE = (
     (r"(PandarScan|PacketMsg|Packets?)$", "raw sensor packets; needs a packet decoder"),
     (r"^livox_\w+/msg/CustomMsg$", "a vendor's own cloud; needs a vendor decoder or a PointCloud2 from the driver"),
     (r"^sensor_msgs/msg/(NavSatFix|NavSatStatus)$", "satellite positions have no column in the data set"),
+    (
+        r"^geometry_msgs/msg/Pose(WithCovariance)?Stamped$",
+        "poses without speeds; name it as odometry in the robot file if they are the robot's own",
+    ),
     (r"^sensor_msgs/msg/Joy$", "joystick axes are not velocities; name it as command, with `joy`, in the robot file"),
 )
 """First match wins: regular expression on the type, reason."""

@@ -193,7 +193,7 @@ def test_what_is_left_over_says_why() -> None:
         "/imu": "no messages",
         "/joy": "joystick axes are not velocities; name it as command, with `joy`, in the robot file",
         "/livox/lidar": "a vendor's own cloud; needs a vendor decoder or a PointCloud2 from the driver",
-        "/pose": "no stream of the data set takes this type",
+        "/pose": "poses without speeds; name it as odometry in the robot file if they are the robot's own",
         "/rear/camera_info": "calibration of a camera that is not used",
         "/rear/image_raw": "another camera; /front/image_raw is used",
         "/scan": "a planar scan; the data set takes 3-D clouds",
