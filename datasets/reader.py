@@ -65,6 +65,7 @@ class NavDataset:
         self.episodes = self._read_episodes()
         self._columns: dict[str, Shaped[Array, rows * shape]] = {}
         self._files: OrderedDict[int, pq.ParquetFile] = OrderedDict()
+        self._last_group: tuple[tuple[int, int], Array] = (-1, -1), np.zeros((0, CLOUD_SIZE, 3), np.float32)
         self._videos: OrderedDict[int, _Video] = OrderedDict()
         self._calibrations: dict[int, Calibration] = {}
 
@@ -103,10 +104,12 @@ class NavDataset:
             raise DatasetsError("has no point clouds", where=self.root, cure="ingest recordings that have some")
         file = self._data_file(episode)
         group, offset = divmod(row - episode.start, file.metadata.row_group(0).num_rows)
-        with _translated(self.layout.data(episode.index)):
-            clouds = file.read_row_group(group, columns=[POINTS_KEY], use_threads=False).column(0).combine_chunks()
-        flat = clouds.flatten().flatten().to_numpy(zero_copy_only=False)
-        cloud: Array = flat.reshape(-1, CLOUD_SIZE, 3)[offset]
+        if self._last_group[0] != (episode.index, group):
+            with _translated(self.layout.data(episode.index)):
+                clouds = file.read_row_group(group, columns=[POINTS_KEY], use_threads=False).column(0).combine_chunks()
+            flat = clouds.flatten().flatten().to_numpy(zero_copy_only=False)
+            self._last_group = (episode.index, group), flat.reshape(-1, CLOUD_SIZE, 3)
+        cloud: Array = self._last_group[1][offset]
         return cloud
 
     def image(self, row: int) -> UInt8[Array, "240 320 3"]:
@@ -164,7 +167,7 @@ class NavDataset:
 
     def lineage(self) -> dict[str, Any]:
         """What the data set was made from: recordings with hashes, settings, code."""
-        provenance = [self._provenance(episode.index) for episode in self.episodes]
+        provenance = self.provenance()
         return {
             "config_hash": self.description.config_hash,
             "code_version": sorted({str(entry["code_version"]) for entry in provenance}),
@@ -173,6 +176,10 @@ class NavDataset:
             if (self.layout.beside / "labels.json").is_file()
             else None,
         }
+
+    def provenance(self) -> list[dict[str, Any]]:
+        """What each episode was made from: its recording, place, times, topics, what was recovered."""
+        return [self._provenance(episode.index) for episode in self.episodes]
 
     def _provenance(self, episode: int) -> dict[str, Any]:
         return read_json(self.layout.episode(episode) / "provenance.json", _REBUILD)

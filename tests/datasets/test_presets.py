@@ -35,6 +35,7 @@ LACKING: dict[str, set[str]] = {
     "scand_jackal": {"imu", "camera_info", "joints", "battery"},
     "scand_spot": {"imu", "camera_info", "joints", "battery"},
     "fusionportable_v2": {"battery", "command"},
+    "paad": {"camera_info"},
 }
 """What the recordings of a preset do not have."""
 ROS2 = ("spot_ros2", "clearpath_ros2", "turtlebot4", "go2")

@@ -1,0 +1,129 @@
+"""Are the values, clouds, frames and streams plausible?"""
+
+import av
+import numpy as np
+from jaxtyping import Bool
+
+from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, runs, short
+from navtool.datasets.reader import NavDataset
+from navtool.datasets.schema import (
+    CLOUD_RELIABILITY_KEYS,
+    CLOUD_SIZE,
+    COUNT_KEY,
+    IMAGE_KEY,
+    IMAGE_RELIABILITY_KEYS,
+    POINTS_KEY,
+    STATE_KEY,
+)
+from navtool.pipeline.arrays import Array
+
+INVALID_SHARE = 0.05
+"""A stream that is not valid in more than this share of an episode's rows is worth a warning."""
+GAP_S = 2.0
+"""So is one that is missing for this long."""
+FROZEN_S = 5.0
+"""And one that does not change in the last digit for this long."""
+
+
+def check_values(dataset: NavDataset) -> Findings:
+    """No NaN, no infinity, reliabilities in [0, 1], outcomes 0 or 1."""
+    for key, feature in dataset.features.items():
+        if feature.dtype != "float32" or key == POINTS_KEY:
+            continue
+        bad = ~np.isfinite(dataset.column(key))
+        if bad.any():
+            yield Severity.FAIL, key, f"{int(bad.sum())} values are NaN or infinite"
+    for key in (*IMAGE_RELIABILITY_KEYS, *CLOUD_RELIABILITY_KEYS, "label.confidence"):
+        if key in dataset.features:
+            values = dataset.column(key)
+            outside = int(((values < 0) | (values > 1)).sum())
+            if outside:
+                yield Severity.FAIL, key, f"{outside} values are outside 0 to 1"
+    outcomes = dataset.column("label.outcome")
+    if not np.isin(outcomes, (0, 1)).all():
+        yield Severity.FAIL, "label.outcome", "has values other than 0 and 1"
+
+
+def check_clouds(dataset: NavDataset) -> Findings:
+    """Every cloud: finite, padded as its count says, with points, and not the same again and again."""
+    if POINTS_KEY not in dataset.features:
+        return
+    counts = dataset.column(COUNT_KEY)
+    valid = dataset.column("valid.lidar")
+    if ((counts < 0) | (counts > CLOUD_SIZE)).any():
+        yield Severity.FAIL, COUNT_KEY, f"counts outside 0 to {CLOUD_SIZE}"
+        return
+    for episode in dataset.episodes:
+        padded = not_finite = 0
+        same = np.zeros(len(episode), dtype=np.bool_)
+        previous: Array | None = None
+        for row in range(episode.start, episode.stop):
+            points = dataset.points(row)
+            not_finite += int(not np.isfinite(points).all())
+            padded += int(not np.array_equal(points, np.resize(points[: counts[row]], points.shape)))
+            same[row - episode.start] = valid[row] and previous is not None and np.array_equal(points, previous)
+            previous = points
+        if not_finite:
+            yield Severity.FAIL, name_of(episode), f"{not_finite} clouds have points that are NaN or infinite"
+        if padded:
+            yield Severity.FAIL, name_of(episode), f"{padded} clouds hold more points than their count says"
+        empty = int((valid & (counts == 0))[episode.start : episode.stop].sum())
+        if empty:
+            yield Severity.WARN, name_of(episode), f"{empty} clouds have no point in the front half plane"
+        yield from _frozen(dataset, name_of(episode), "the cloud", same)
+
+
+def check_video(dataset: NavDataset) -> Findings:
+    """Every frame decodes, there is one a row, and the picture changes."""
+    if IMAGE_KEY not in dataset.features:
+        return
+    for episode in dataset.episodes:
+        path = dataset.layout.video(episode.index)
+        try:
+            with av.open(str(path)) as container:
+                frames, same, previous = 0, [], None
+                for frame in container.decode(video=0):
+                    thumbnail = frame.reformat(width=32, height=24, format="gray").to_ndarray()
+                    same.append(previous is not None and np.array_equal(thumbnail, previous))
+                    previous, frames = thumbnail, frames + 1
+        except (OSError, av.FFmpegError) as error:
+            yield Severity.FAIL, short(dataset, path), f"cannot be decoded: {first_line(error)}"
+            continue
+        if frames != len(episode):
+            yield Severity.FAIL, short(dataset, path), f"{frames} frames instead of {len(episode)}"
+            continue
+        valid = dataset.column("valid.image")[episode.start : episode.stop]
+        if frames > 1 and valid.any() and all(same[1:]):
+            yield Severity.WARN, short(dataset, path), "every frame looks the same"
+        else:
+            yield from _frozen(dataset, short(dataset, path), "the picture", np.array(same) & valid)
+
+
+def check_streams(dataset: NavDataset) -> Findings:
+    """Streams are valid in most rows, without long pauses, and the measured speed is alive."""
+    for stream in dataset.description.contents.streams():
+        valid = dataset.column(f"valid.{stream}")
+        for episode in dataset.episodes:
+            rows = valid[episode.start : episode.stop]
+            share = 1.0 - float(rows.mean())
+            if share > INVALID_SHARE:
+                yield Severity.WARN, name_of(episode), f"{stream} is not valid in {share:.0%} of the rows"
+            if stream == "action" and not rows.any():
+                continue
+            for first, end in runs(~rows):
+                if end - first >= GAP_S * dataset.fps and end - first < len(episode):
+                    at, lasts = first / dataset.fps, (end - first) / dataset.fps
+                    yield Severity.WARN, name_of(episode), f"{stream} is missing for {lasts:.1f} s at {at:.1f} s"
+    speeds = dataset.column(STATE_KEY)
+    for episode in dataset.episodes:
+        rows = speeds[episode.start : episode.stop]
+        moving = (np.abs(rows) > 1e-6).any(axis=1)
+        same = np.concatenate([[False], (np.diff(rows, axis=0) == 0).all(axis=1)]) & moving
+        yield from _frozen(dataset, name_of(episode), "the measured speed", same)
+
+
+def _frozen(dataset: NavDataset, where: str, what: str, same: Bool[Array, " rows"]) -> Findings:
+    """A finding where so many rows in a row equal the one before."""
+    longest = max((end - first for first, end in runs(same)), default=0)
+    if longest >= FROZEN_S * dataset.fps:
+        yield Severity.WARN, where, f"{what} is frozen for {longest / dataset.fps:.1f} s"

@@ -1,0 +1,63 @@
+"""Can it be trained on: labels, calibration, leakage?"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from navtool.datasets.check.findings import Findings, Severity, name_of
+from navtool.datasets.reader import NavDataset
+
+RARE_SHARE = 0.01
+"""Outcomes rarer than this are hard to learn."""
+
+
+def check_labels(dataset: NavDataset) -> Findings:
+    """There are labels, known steps, and both outcomes in a share that can be learnt from."""
+    if not (dataset.layout.beside / "labels.json").is_file():
+        yield Severity.WARN, "label.*", "not labelled yet: run `navtool label`"
+        return
+    outcomes, known = dataset.column("label.outcome"), dataset.column("label.known")
+    if not known.any():
+        yield Severity.WARN, "label.known", "no step is known: nothing can be trained on it"
+    if np.unique(outcomes).size == 1:
+        word = "success" if outcomes[0] == 1 else "failure"
+        yield Severity.WARN, "label.outcome", f"every row is a {word}: a model cannot learn to tell them apart"
+        return
+    failed = float((outcomes == 0).mean())
+    if not RARE_SHARE <= failed <= 1 - RARE_SHARE:
+        yield Severity.WARN, "label.outcome", f"{failed:.2%} of the rows are failures: record more of the other kind"
+
+
+def check_calibrations(dataset: NavDataset) -> Findings:
+    """Where the sensors sit and how the camera projects is known."""
+    for episode in dataset.episodes:
+        calibration = dataset.calibration(episode.index)
+        contents = dataset.description.contents
+        lacking = [
+            name
+            for name, value, wanted in (
+                ("camera", calibration.camera, contents.image),
+                ("base_camera", calibration.base_camera, contents.image),
+                ("base_lidar", calibration.base_lidar, contents.lidar),
+                ("base_imu", calibration.base_imu, contents.imu),
+            )
+            if wanted and value is None
+        ]
+        if lacking:
+            yield Severity.WARN, name_of(episode), f"{', '.join(lacking)} unknown"
+
+
+def check_leakage(dataset: NavDataset) -> Findings:
+    """No run is in the data set twice, and places tell runs apart."""
+    seen: dict[str, str] = {}
+    for entry in dataset.lineage()["recordings"]:
+        if entry["sha256"] in seen:
+            yield Severity.FAIL, entry["source"], f"is the same recording as {seen[entry['sha256']]}"
+        seen[entry["sha256"]] = entry["source"]
+    spans = sorted((entry["start_ns"], entry["end_ns"], entry["source"]) for entry in dataset.provenance())
+    for (_, end_ns, one), (start_ns, _, other) in pairwise(spans):
+        if start_ns < end_ns:
+            both = f"{(end_ns - start_ns) * 1e-9:.1f} s of it are of the same time as {other}"
+            yield Severity.WARN, one, f"{both}: if it is the same run, splits may share it"
+    if len(dataset.episodes) > 1 and not all(episode.place for episode in dataset.episodes):
+        yield Severity.WARN, "places", "unknown for some episodes: splits can only keep runs apart (ingest with place=)"

@@ -1,0 +1,68 @@
+"""What lies beside the rows: whole clouds and streams at their own rates, read to their ends."""
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from jaxtyping import Int64
+
+from navtool.datasets.check.content import FROZEN_S
+from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, runs, short
+from navtool.datasets.reader import Episode, NavDataset
+from navtool.pipeline.arrays import Array
+
+_MEASURED = ("imu", "joints")
+"""Streams of sensors that never repeat themselves to the last digit while they work."""
+
+
+def check_native(dataset: NavDataset) -> Findings:
+    """Stamps increase, values are there and change, and every whole cloud can be read."""
+    for episode in dataset.episodes:
+        for path in sorted((dataset.layout.episode(episode.index) / "streams").glob("*.parquet")):
+            try:
+                table = pq.read_table(path)
+            except (OSError, pa.ArrowException) as error:
+                yield Severity.FAIL, short(dataset, path), f"cannot be read: {first_line(error)}"
+                continue
+            columns = {name: table.column(name).to_numpy() for name in table.column_names}
+            stamps = columns.pop("stamp_ns")
+            columns.pop("record_ns")
+            where = short(dataset, path)
+            if (np.diff(stamps) <= 0).any():
+                yield Severity.FAIL, where, f"{int((np.diff(stamps) <= 0).sum())} true stamps do not increase"
+            yield from _values(where, path.stem, stamps, columns)
+        yield from _clouds(dataset, episode)
+
+
+def _values(where: str, stream: str, stamps: Int64[Array, " n"], columns: dict[str, Array]) -> Findings:
+    if not columns or stamps.size < 2:
+        return
+    shares = {name: float(np.isnan(values).mean()) for name, values in columns.items()}
+    if lacking := [f"{name} {share:.0%}" for name, share in shares.items() if share > 0]:
+        yield Severity.WARN, where, f"NaN as recorded: {', '.join(lacking[:6])}{' and more' if lacking[6:] else ''}"
+    if stream in _MEASURED:
+        table = np.column_stack(list(columns.values()))
+        same = np.concatenate([[False], (table[1:] == table[:-1]).all(axis=1)])
+        longest = max(((stamps[end - 1] - stamps[first - 1]) * 1e-9 for first, end in runs(same)), default=0.0)
+        if longest >= FROZEN_S:
+            yield Severity.WARN, where, f"the measured values are frozen for {longest:.1f} s"
+
+
+def _clouds(dataset: NavDataset, episode: Episode) -> Findings:
+    """Whole clouds, one by one."""
+    folder = dataset.layout.episode(episode.index) / "clouds"
+    if not folder.is_dir():
+        return
+    last, backwards, empty, count = -1, 0, 0, 0
+    try:
+        for cloud in dataset.clouds(episode.index):
+            count += 1
+            empty += int(not len(cloud.xyz))
+            backwards += int(cloud.record_ns < last)
+            last = cloud.record_ns
+    except (OSError, ValueError, pa.ArrowException) as error:
+        yield Severity.FAIL, short(dataset, folder), f"cannot be read: {first_line(error)}"
+        return
+    if backwards:
+        yield Severity.FAIL, short(dataset, folder), f"{backwards} clouds are not in the order of record"
+    if empty:
+        yield Severity.WARN, name_of(episode), f"{empty} of {count} whole clouds have no points"

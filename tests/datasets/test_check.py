@@ -1,0 +1,260 @@
+"""Each kind of damage is found, named with its place, and nothing else is."""
+
+import json
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from navtool.datasets.check import CheckReport, Severity, check_dataset
+from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.ingest import ingest
+from navtool.datasets.labels.apply import label_dataset
+from navtool.datasets.labels.config import LabelConfig
+from navtool.datasets.layout import Layout
+from navtool.datasets.reader import NavDataset
+from navtool.datasets.rewrite import rewrite_columns
+from navtool.datasets.robot import RobotConfig
+from navtool.datasets.schema import arrow_schema
+
+Damage = Callable[[Path], object]
+
+
+@pytest.fixture
+def dataset(labelled_dataset: Path, tmp_path: Path) -> Path:
+    """A copy to damage; sound before."""
+    return Path(shutil.copytree(labelled_dataset, tmp_path / "dataset"))
+
+
+def _findings(report: CheckReport) -> set[tuple[str, str]]:
+    return {(finding.severity.name, finding.check) for finding in report.findings}
+
+
+def _change(root: Path, column: str, change: Callable[[Any], Any], episode: int = 1) -> None:
+    opened = NavDataset(root)
+    rows = slice(opened.episodes[episode].start, opened.episodes[episode].stop)
+    values = opened.column(column)[rows].copy()
+    path = opened.layout.data(episode)
+    changed = change(values)
+    rewrite_columns(path, path.with_suffix(".new"), arrow_schema(opened.features), {column: changed})
+    path.with_suffix(".new").replace(path)
+
+
+def _edit_json(path: Path, **values: object) -> None:
+    path.write_text(json.dumps(json.loads(path.read_text()) | values))
+
+
+def _at(row: int, value: object) -> Callable[[Any], Any]:
+    def change(values: Any) -> Any:
+        values[row] = value
+        return values
+
+    return change
+
+
+def _cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-40])
+
+
+def _restream(root: Path, name: str, change: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
+    path = Layout(root).episode(2) / "streams" / f"{name}.parquet"
+    table = pq.read_table(path)
+    columns = {key: table.column(key).to_numpy().copy() for key in table.column_names}
+    pq.write_table(pa.table(change(columns)), path)
+
+
+def _nan_joint(columns: dict[str, Any]) -> dict[str, Any]:
+    columns["position.front_left"][:30] = np.nan
+    return columns
+
+
+def _backwards(columns: dict[str, Any]) -> dict[str, Any]:
+    columns["stamp_ns"][10] = columns["stamp_ns"][9]
+    return columns
+
+
+def _dead(columns: dict[str, Any]) -> dict[str, Any]:
+    return {key: values if key.endswith("_ns") else np.full_like(values, 1.0) for key, values in columns.items()}
+
+
+def _succeed(root: Path, *, but: int) -> None:
+    """Every row a success, but so many at the beginning."""
+    for episode in range(4):
+        _change(root, "label.outcome", np.ones_like, episode)
+    if but:
+        _change(root, "label.outcome", _at(0, 0), 0)
+
+
+DAMAGE: dict[str, tuple[Damage, tuple[str, str], str]] = {
+    "rows miscounted": (
+        lambda root: _edit_json(Layout(root).info, total_frames=7),
+        ("FAIL", "metadata"),
+        "counts 7 rows, the episodes have 240",
+    ),
+    "statistics lost": (
+        lambda root: Layout(root).stats.write_text("{}"),
+        ("FAIL", "metadata"),
+        "no statistics of",
+    ),
+    "data file cut": (lambda root: _cut(Layout(root).data(1)), ("FAIL", "files"), "cannot be opened"),
+    "cloud file cut": (
+        lambda root: _cut(Layout(root).episode(0) / "clouds" / "part-00000.parquet"),
+        ("FAIL", "files"),
+        "cannot be opened",
+    ),
+    "provenance lost": (
+        lambda root: (Layout(root).episode(3) / "sync.json").unlink(),
+        ("FAIL", "files"),
+        "cannot be read",
+    ),
+    "frame index": (
+        lambda root: _change(root, "frame_index", _at(5, 9)),
+        ("FAIL", "counters"),
+        "frame_index does not count",
+    ),
+    "stamps": (
+        lambda root: _change(root, "observation.timestamp_ns", lambda v: v[::-1].copy()),
+        ("FAIL", "counters"),
+        "true stamps do not increase",
+    ),
+    "off the grid": (
+        lambda root: _change(root, "observation.timestamp_ns", lambda v: v + np.arange(len(v)) * 1000),
+        ("FAIL", "counters"),
+        "not on the grid",
+    ),
+    "not a number": (
+        lambda root: _change(root, "observation.imu", _at(3, np.nan)),
+        ("FAIL", "values"),
+        "6 values are NaN or infinite",
+    ),
+    "reliability": (
+        lambda root: _change(root, "observation.reliability.image", _at(3, 1.5)),
+        ("FAIL", "values"),
+        "1 values are outside 0 to 1",
+    ),
+    "outcome": (
+        lambda root: _change(root, "label.outcome", _at(3, 4)),
+        ("FAIL", "values"),
+        "other than 0 and 1",
+    ),
+    "more points than counted": (
+        lambda root: _change(root, "observation.lidar.count", _at(3, 2)),
+        ("FAIL", "clouds"),
+        "1 clouds hold more points than their count says",
+    ),
+    "video cut": (lambda root: _cut(Layout(root).video(2)), ("FAIL", "video"), "cannot be decoded|frames instead"),
+    "a pause": (
+        lambda root: _change(root, "valid.lidar", lambda v: v & (np.abs(np.arange(len(v)) - 30) > 15)),
+        ("WARN", "streams"),
+        r"lidar is missing for 3\.1 s at 1\.5 s",
+    ),
+    "frozen speed": (
+        lambda root: _change(root, "observation.state", lambda v: np.full_like(v, 0.4)),
+        ("WARN", "streams"),
+        r"the measured speed is frozen for 5\.9 s",
+    ),
+    "native NaN": (
+        lambda root: _restream(root, "joints", _nan_joint),
+        ("WARN", "native"),
+        r"NaN as recorded: position\.front_left 10%",
+    ),
+    "native stamps": (
+        lambda root: _restream(root, "imu", _backwards),
+        ("FAIL", "native"),
+        "1 true stamps do not increase",
+    ),
+    "dead joints": (
+        lambda root: _restream(root, "joints", _dead),
+        ("WARN", "native"),
+        r"frozen for [56]\.\d s",
+    ),
+    "one outcome": (
+        lambda root: _succeed(root, but=0),
+        ("WARN", "labels"),
+        "every row is a success",
+    ),
+    "rare failures": (
+        lambda root: _succeed(root, but=1),
+        ("WARN", "labels"),
+        r"0\.42% of the rows are failures",
+    ),
+    "labels lost": (
+        lambda root: (Layout(root).beside / "labels.json").unlink(),
+        ("WARN", "labels"),
+        "not labelled yet",
+    ),
+    "calibration": (
+        lambda root: _edit_json(Layout(root).episode(2) / "calibration.json", base_lidar=None),
+        ("WARN", "calibration"),
+        "base_lidar unknown",
+    ),
+    "the same recording twice": (
+        lambda root: _edit_json(
+            Layout(root).episode(2) / "provenance.json",
+            sha256=json.loads((Layout(root).episode(1) / "provenance.json").read_text())["sha256"],
+        ),
+        ("FAIL", "leakage"),
+        "is the same recording as place-1",
+    ),
+    "places unknown": (
+        lambda root: _edit_json(Layout(root).episode(2) / "provenance.json", place=""),
+        ("WARN", "leakage"),
+        "unknown for some episodes",
+    ),
+}
+ALWAYS = {("WARN", "leakage")}
+"""The drives of the tests are all of one moment: their times overlap."""
+
+
+def test_a_sound_data_set_has_nothing_but_what_it_says_of_itself(labelled_dataset: Path) -> None:
+    report = check_dataset(labelled_dataset)
+    assert report.passed
+    assert _findings(report) == ALWAYS
+    assert all("of the same time as" in finding.message for finding in report.findings)
+    told = report.to_json()
+    assert set(told) == {"passed", "dataset", "episodes", "rows", "checks", "findings"}
+    assert told["checks"] == report.checks
+    assert len(report.checks) == 11
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_damage_is_found_and_named(name: str, dataset: Path) -> None:
+    damage, expected, message = DAMAGE[name]
+    damage(dataset)
+    report = check_dataset(dataset)
+    found = [
+        finding
+        for finding in report.findings
+        if (finding.severity.name, finding.check) == expected and re.search(message, finding.message)
+    ]
+    assert found, [(f.severity.name, f.check, f.where, f.message) for f in report.findings]
+    assert all(finding.where for finding in found)
+    assert report.passed == (expected[0] == "WARN")
+    # A file that cannot be read hides from the checks behind it what they look for in it.
+    if expected[1] not in ("files", "metadata", "video"):
+        assert _findings(report) - ALWAYS - {expected} <= {("WARN", "streams"), ("WARN", "labels")}
+
+
+def test_a_frozen_camera_and_a_frozen_lidar(
+    write_recording: Callable[..., Path], drive_entries: Callable[..., Any], tmp_path: Path
+) -> None:
+    first: dict[str, Any] = {}
+    entries = []
+    for topic, kind, at, fields in drive_entries(8.0):
+        if topic in ("/points", "/camera/image_raw/compressed"):
+            first.setdefault(topic, fields)
+            fields = first[topic] | {"header": fields["header"]}  # noqa: PLW2901 - the old content, a new stamp
+        entries.append((topic, kind, at, fields))
+    ingest([write_recording("mcap", entries)], tmp_path / "out", RobotConfig(), IngestConfig())
+    label_dataset(tmp_path / "out", LabelConfig())
+    report = check_dataset(tmp_path / "out")
+    told = {finding.check: finding.message for finding in report.findings if finding.severity is Severity.WARN}
+    assert told["video"] == "every frame looks the same"
+    # The points that stay are drawn anew from each cloud's stamp: here all of them fit.
+    assert told["clouds"].startswith("the cloud is frozen for 7")
