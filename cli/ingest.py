@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 def ingest(
     arguments: list[str] | None = typer.Argument(
-        None, metavar="BAG... [KEY=VALUE]...", help="Recordings, or folders of them; then overrides."
+        None, metavar="BAG... [KEY=VALUE]...", help="Recordings, folders, patterns or URLs of them; then overrides."
     ),
     out: Path | None = typer.Option(None, "--out", help="Folder of the data set; made, or appended to."),
     robot: str | None = typer.Option(None, "--robot", help="Robot preset, or a file as `inspect --write-robot` saves."),
@@ -32,6 +32,7 @@ def ingest(
     from navtool.cli.progress import IngestProgress
     from navtool.cli.robots import ingest_job
     from navtool.datasets.ingest.ingest import ingest as run
+    from navtool.datasets.recording.remote import default_cache, local_paths
 
     paths, overrides = split_overrides(arguments or [])
     job = ingest_job(robot, overrides)
@@ -44,7 +45,7 @@ def ingest(
         raise UsageError("no data set was named", where="ingest", cure="pass --out FOLDER")
     with IngestProgress() as progress:
         report = run(
-            [Path(path) for path in paths],
+            local_paths(paths, default_cache(), progress.fetched),
             out,
             job.robot,
             job.config(),

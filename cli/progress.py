@@ -25,10 +25,23 @@ class IngestProgress:
         )
         self._task: TaskID | None = None
         self._recordings = 0
+        self._fetching: TaskID | None = None
+        self._fetched: dict[str, int] = {}
         self._untold = 0
+
+    def fetched(self, url: str, read_bytes: int) -> None:
+        """Say what is being fetched, and how much of it has come."""
+        self._fetched[url] = self._fetched.get(url, 0) + read_bytes
+        text = f"fetching {url}: {self._fetched[url] / 1e6:.0f} MB"
+        if self._fetching is None:
+            self._fetching = self._bar.add_task(text, total=None)
+        self._bar.update(self._fetching, description=text)
 
     def begin(self, recordings: int, size_bytes: int) -> None:
         """Begin the bar; every byte passes three times: hashed, planned, read."""
+        if self._fetching is not None:
+            self._bar.remove_task(self._fetching)
+            self._fetching = None
         self._recordings = recordings
         self._task = self._bar.add_task(f"0/{recordings} recordings", total=3 * max(size_bytes, 1))
 

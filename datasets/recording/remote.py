@@ -1,0 +1,150 @@
+"""Recordings that lie elsewhere: object stores, web servers, whatever fsspec reaches; fetched once and kept."""
+
+import hashlib
+import os
+import re
+import shutil
+from collections.abc import Callable, Sequence
+from glob import glob
+from pathlib import Path
+from typing import Any
+
+from navtool.datasets.errors import DatasetsError, OutputError
+from navtool.datasets.recording.foreign import describe
+
+_REMOTE = re.compile(r"^[a-z][a-z0-9+.-]+://", re.IGNORECASE)
+_SUFFIXES = (".bag", ".mcap", ".db3", ".zstd", ".yaml")
+_PIECE = 1 << 22
+
+
+def default_cache() -> Path:
+    """Where fetched recordings are kept: ``navtool/recordings`` in the user's cache folder."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "navtool" / "recordings"
+
+
+def local_paths(inputs: Sequence[str], cache: Path, advance: Callable[[str, int], None] | None = None) -> list[Path]:
+    """The paths that a user's inputs stand for; what is remote is fetched into the cache.
+
+    Args:
+        inputs: Paths, glob patterns, or URLs such as ``s3://bucket/runs/*.mcap`` of files, folders or patterns.
+        cache: Where fetched files go, each below a folder of its URL's hash. One that is there already with its full
+            size is not fetched again.
+        advance: Called with a file's URL and the bytes of each piece fetched.
+
+    Raises:
+        DatasetsError: A pattern matches nothing, or a URL cannot be reached or holds no recording.
+        OutputError: The cache cannot be written.
+    """
+    paths: list[Path] = []
+    for text in inputs:
+        if _REMOTE.match(text):
+            paths += _fetched(text, cache, advance)
+        elif Path(text).exists() or not re.search(r"[*?\[]", text):
+            paths.append(Path(text))
+        else:
+            found = sorted(glob(text, recursive=True))
+            if not found:
+                raise DatasetsError("no file matches the pattern", where=text, cure="check it; quote it for **")
+            paths += [Path(entry) for entry in found]
+    return paths
+
+
+def _fetched(url: str, cache: Path, advance: Callable[[str, int], None] | None) -> list[Path]:
+    system, place = _system(url)
+    try:
+        names = _files(system, place)
+        sizes = [int(system.size(name) or 0) for name in names]
+    except Exception as error:
+        raise _unreachable(url, error) from error
+    if not names:
+        cure = f"name a file, a folder or a pattern of recordings ({', '.join(_SUFFIXES[:3])})"
+        raise DatasetsError("no recording there", where=url, cure=cure)
+    base = cache / hashlib.sha256(url.encode()).hexdigest()[:16]
+    root = place.rstrip("/").rpartition("/")[0] if len(names) == 1 else _common(names)
+    paths = []
+    for name, size in zip(names, sizes, strict=True):
+        inside = name.removeprefix(root).lstrip("/")
+        target = _inside(base / (root.rpartition("/")[2] or "files") / inside, base)
+        if not (target.is_file() and target.stat().st_size == size):
+            _fetch(system, name, url, size, target, advance)
+        paths.append(target)
+    return paths if len(paths) == 1 else [base / (root.rpartition("/")[2] or "files")]
+
+
+def _system(url: str) -> tuple[Any, str]:
+    import fsspec  # noqa: PLC0415 - only those who fetch pay for it
+
+    try:
+        system, place = fsspec.core.url_to_fs(url)
+    except ImportError as error:
+        raise DatasetsError(
+            f"needs another package: {describe(error)}", where=url, cure="install the package that it names"
+        ) from error
+    except ValueError as error:
+        raise DatasetsError(f"{describe(error)}", where=url, cure="use a protocol that fsspec knows") from error
+    return system, str(place)
+
+
+def _files(system: Any, place: str) -> list[str]:
+    if re.search(r"[*?\[]", place):
+        found = [name for name in system.glob(place) if not system.isdir(name)]
+    elif place.endswith(_SUFFIXES) or not system.isdir(place):
+        found = [place] if system.exists(place) else []
+        return found
+    else:
+        found = system.find(place)
+    return sorted(name for name in found if name.endswith(_SUFFIXES))
+
+
+def _common(names: Sequence[str]) -> str:
+    return os.path.commonpath([name.rpartition("/")[0] or "/" for name in names])
+
+
+def _inside(target: Path, base: Path) -> Path:
+    """The target, which may not lie outside of its folder whatever a server calls its files."""
+    if not target.resolve().is_relative_to(base.resolve()):
+        raise DatasetsError("its name leads out of the folder that it is fetched into", where=str(target))
+    return target
+
+
+def _fetch(
+    system: Any, name: str, url: str, size: int, target: Path, advance: Callable[[str, int], None] | None
+) -> None:
+    part = target.with_name(f".{target.name}.part")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with part.open("wb") as out:
+            fetched = 0
+            with system.open(name, "rb") as remote:
+                while piece := _read(remote, url):
+                    out.write(piece)
+                    fetched += len(piece)
+                    if advance is not None:
+                        advance(name, len(piece))
+            out.flush()
+            os.fsync(out.fileno())
+        if size and fetched != size:
+            raise DatasetsError(f"{fetched} of {size} bytes came", where=url, cure="run the command again")
+        shutil.move(part, target)
+    except DatasetsError:
+        part.unlink(missing_ok=True)
+        raise
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise OutputError(
+            f"cannot be fetched ({describe(error)})", where=target, cure="check space and rights"
+        ) from error
+
+
+def _read(remote: Any, url: str) -> bytes:
+    try:
+        return bytes(remote.read(_PIECE))
+    except Exception as error:
+        raise _unreachable(url, error) from error
+
+
+def _unreachable(url: str, error: Exception) -> DatasetsError:
+    return DatasetsError(
+        f"cannot be read: {describe(error)}", where=url, cure="check the address, the network and your credentials"
+    )
