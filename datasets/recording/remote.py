@@ -43,7 +43,7 @@ def local_paths(inputs: Sequence[str], cache: Path, advance: Callable[[str, int]
         elif Path(text).exists() or not re.search(r"[*?\[]", text):
             paths.append(Path(text))
         else:
-            found = sorted(glob(text, recursive=True))
+            found = sorted(glob(text, recursive=True))  # noqa: PTH207 - whole paths, absolute ones too
             if not found:
                 raise DatasetsError("no file matches the pattern", where=text, cure="check it; quote it for **")
             paths += [Path(entry) for entry in found]
@@ -90,8 +90,7 @@ def _files(system: Any, place: str) -> list[str]:
     if re.search(r"[*?\[]", place):
         found = [name for name in system.glob(place) if not system.isdir(name)]
     elif place.endswith(_SUFFIXES) or not system.isdir(place):
-        found = [place] if system.exists(place) else []
-        return found
+        return [place] if system.exists(place) else []
     else:
         found = system.find(place)
     return sorted(name for name in found if name.endswith(_SUFFIXES))

@@ -54,7 +54,7 @@ def test_a_file_of_a_web_server(
     with open_recording(path) as recording:
         assert recording.message_count == 9
     assert local_paths([f"{url}/run-1.mcap"], tmp_path / "cache", lambda *_: pytest.fail("fetched again")) == [path]
-    with pytest.raises(DatasetsError, match="no recording there|cannot be read"):
+    with pytest.raises(DatasetsError, match=r"no recording there|cannot be read"):
         local_paths([f"{url}/absent.mcap"], tmp_path / "cache")
 
 
