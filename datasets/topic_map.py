@@ -12,12 +12,13 @@ from navtool.datasets.topic_score import (
     STREAM_TYPES,
     camera_name,
     camera_namespaces,
+    foxglove,
     name_score,
     readable_types,
 )
 from navtool.datasets.topic_unused import UnusedTopic, unused_topics
 
-TRANSFORM_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+TRANSFORM_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage", *foxglove("FrameTransform", "FrameTransforms"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

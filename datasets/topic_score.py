@@ -5,12 +5,22 @@ from dataclasses import dataclass, field
 
 _TRANSPORTS = re.compile(r"/(compressed|compressedDepth|theora|ffmpeg|zstd)$")
 
-IMAGE_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+
+def foxglove(*names: str) -> tuple[str, ...]:
+    """Foxglove's types of these names, in their own schema languages and as ROS 2 messages."""
+    return tuple(f"{package}{name}" for package in ("foxglove.", "foxglove_msgs/msg/") for name in names)
+
+
+IMAGE_TYPES = (
+    "sensor_msgs/msg/Image",
+    "sensor_msgs/msg/CompressedImage",
+    *foxglove("RawImage", "CompressedImage"),
+)
 
 STREAM_TYPES: dict[str, tuple[str, ...]] = {
     "image": IMAGE_TYPES,
-    "camera_info": ("sensor_msgs/msg/CameraInfo",),
-    "lidar": ("sensor_msgs/msg/PointCloud2", "velodyne_msgs/msg/VelodyneScan"),
+    "camera_info": ("sensor_msgs/msg/CameraInfo", *foxglove("CameraCalibration")),
+    "lidar": ("sensor_msgs/msg/PointCloud2", "velodyne_msgs/msg/VelodyneScan", *foxglove("PointCloud")),
     "odometry": ("nav_msgs/msg/Odometry",),
     "imu": ("sensor_msgs/msg/Imu",),
     "joints": ("sensor_msgs/msg/JointState",),
@@ -21,7 +31,11 @@ STREAM_TYPES: dict[str, tuple[str, ...]] = {
 """The message types that each stream can be read from, in the order of the data set's streams."""
 
 NAMED_TYPES: dict[str, tuple[str, ...]] = {
-    "odometry": ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped"),
+    "odometry": (
+        "geometry_msgs/msg/PoseStamped",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+        *foxglove("PoseInFrame"),
+    ),
     "battery": ("std_msgs/msg/Float32", "std_msgs/msg/Float64"),
     "command": (
         "nav_msgs/msg/Odometry",

@@ -35,6 +35,8 @@ _BY_TYPE = (
     (r"^sensor_msgs/msg/PointCloud$", "the old cloud type; only PointCloud2 is read"),
     (r"(PandarScan|PacketMsg|Packets?)$", "raw sensor packets; needs a packet decoder"),
     (r"^livox_\w+/msg/CustomMsg$", "a vendor's own cloud; needs a vendor decoder or a PointCloud2 from the driver"),
+    (r"^foxglove(\.|_msgs/msg/)CompressedVideo$", "a video stream, whose frames need those before them; record images"),
+    (r"^foxglove(\.|_msgs/msg/)PoseInFrame$", "poses without speeds; name it as odometry in the robot file"),
     (r"^sensor_msgs/msg/(NavSatFix|NavSatStatus)$", "satellite positions have no column in the data set"),
     (
         r"^geometry_msgs/msg/Pose(WithCovariance)?Stamped$",

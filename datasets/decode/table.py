@@ -4,6 +4,15 @@ from collections.abc import Callable
 from typing import Any
 
 from navtool.datasets.decode.compressed_image import decode_compressed_image
+from navtool.datasets.decode.foxglove import (
+    decode_foxglove_calibration,
+    decode_foxglove_compressed_image,
+    decode_foxglove_point_cloud,
+    decode_foxglove_pose,
+    decode_foxglove_raw_image,
+    decode_foxglove_transform,
+    decode_foxglove_transforms,
+)
 from navtool.datasets.decode.image import decode_image
 from navtool.datasets.decode.messages import Decoded
 from navtool.datasets.decode.motion import (
@@ -30,7 +39,19 @@ from navtool.datasets.decode.velodyne_packets import decode_velodyne_scan
 
 type Decoder = Callable[[Any], Decoded]
 
+_FOXGLOVE: dict[str, Decoder] = {
+    "CameraCalibration": decode_foxglove_calibration,
+    "CompressedImage": decode_foxglove_compressed_image,
+    "FrameTransform": decode_foxglove_transform,
+    "FrameTransforms": decode_foxglove_transforms,
+    "PointCloud": decode_foxglove_point_cloud,
+    "PoseInFrame": decode_foxglove_pose,
+    "RawImage": decode_foxglove_raw_image,
+}
+
 DECODERS: dict[str, Decoder] = {
+    **{f"foxglove.{name}": decoder for name, decoder in _FOXGLOVE.items()},
+    **{f"foxglove_msgs/msg/{name}": decoder for name, decoder in _FOXGLOVE.items()},
     "geometry_msgs/msg/PoseStamped": decode_pose_stamped,
     "geometry_msgs/msg/PoseWithCovarianceStamped": decode_pose_with_covariance_stamped,
     "geometry_msgs/msg/Twist": decode_twist,

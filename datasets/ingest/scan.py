@@ -84,7 +84,8 @@ def scan_recording(
         DatasetsError: If the recording cannot be read on, or no image or cloud of a mapped stream can be decoded.
     """
     by_topic = {topic: stream for stream, topic in topics.streams().items()}
-    static = tuple(topic for topic in topics.transforms if topic.endswith("tf_static"))
+    kinds = {topic.name: topic.type for topic in recording.topics}
+    static = tuple(x for x in topics.transforms if x.endswith("tf_static") or kinds[x].startswith("foxglove"))
     scan = Scan(topics, {stream: StreamScan(topic) for topic, stream in by_topic.items() if stream != "camera_info"})
     if "joints" in scan.streams:
         scan.streams["joints"].joint_names = joint_names
@@ -153,7 +154,12 @@ def _add_geometry(scan: Scan, recording: Recording, raw: RawMessage) -> None:
     if isinstance(sample, CameraInfoSample):
         scan.camera_info = sample
     elif isinstance(sample, TransformsSample):
-        scan.transforms.extend(sample.transforms)
+        if raw.type.startswith("foxglove"):
+            # Static and moving frames share a topic: of each pair the first counts.
+            known = {(x.parent, x.child) for x in scan.transforms}
+            scan.transforms += [x for x in sample.transforms if (x.parent, x.child) not in known]
+        else:
+            scan.transforms.extend(sample.transforms)
 
 
 def _count_fault(stream: StreamScan, error: DatasetsError) -> None:

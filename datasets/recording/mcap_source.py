@@ -225,5 +225,7 @@ def _channel(record: ChannelRecord, schemas: dict[int, Schema], count: int) -> C
     definition = None
     if schema.data:
         form = _DEFINITION_FORMATS.get(schema.encoding, schema.encoding)
-        definition = Definition(form, schema.data.decode(errors="replace"))
+        # A protobuf schema is bytes: as latin-1 it is a text that gives them back.
+        text = schema.data.decode("latin-1") if form == "protobuf" else schema.data.decode(errors="replace")
+        definition = Definition(form, text)
     return Channel(record.topic, normalised_type(schema.name), record.message_encoding, definition, count)

@@ -50,7 +50,7 @@ class MessageType:
     Attributes:
         name: The type's name.
         encoding: How its messages are serialised.
-        stamp_layout: Where the header's stamp lies; None where the type does not start with a header.
+        stamp_layout: Where the header's stamp lies; None where the type starts with neither header nor time.
     """
 
     def __init__(self, name: str, encoding: str, definition: Definition | None, ros_distro: str) -> None:
@@ -83,6 +83,8 @@ class MessageType:
 
     def _stamp_layout(self) -> StampLayout | None:
         fields = self._store.fielddefs[self.name][1]
+        if fields and fields[0][1] == (Nodetype.NAME, "builtin_interfaces/msg/Time"):
+            return StampLayout(self.encoding, 0)
         if not fields or fields[0][1][0] != Nodetype.NAME or fields[0][1][1] not in _HEADERS:
             return None
         header = [name for name, _ in self._store.fielddefs[str(fields[0][1][1])][1]]

@@ -12,7 +12,10 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.foreign import describe
 from navtool.datasets.recording.message_type import MessageType, StampLayout, message_type
 from navtool.datasets.recording.raw import RawMessage, RecordingFormat, Topic
+from navtool.datasets.recording.schema_types import JsonType, ProtobufType, schema_type
 from navtool.datasets.recording.source import END_NS, Channel, Source
+
+type AnyType = MessageType | JsonType | ProtobufType
 
 
 class Recording:
@@ -46,8 +49,8 @@ class Recording:
         self._resources = resources
         self._open = True
         self._ros_distro = ros_distro
-        self._types: dict[tuple[str, str], MessageType | DatasetsError] = {}
-        self._stamps: dict[tuple[str, str], StampLayout | None] = {}
+        self._types: dict[tuple[str, str], AnyType | DatasetsError] = {}
+        self._stamps: dict[tuple[str, str], StampLayout | JsonType | ProtobufType | None] = {}
         self._channels: dict[tuple[str, str], list[Channel]] = {}
         for channel in (channel for source in sources for channel in source.channels):
             self._channels.setdefault((channel.topic, channel.type), []).append(channel)
@@ -156,7 +159,7 @@ class Recording:
         if not self._open:
             raise DatasetsError("the recording is closed", where=self.path, cure="read it inside the with block")
 
-    def _type_of(self, raw: RawMessage) -> MessageType:
+    def _type_of(self, raw: RawMessage) -> AnyType:
         key = (raw.topic, raw.type)
         if key not in self._types:
             try:
@@ -170,20 +173,24 @@ class Recording:
             raise DatasetsError(found.what, cure=found.cure) from found
         return found
 
-    def _read_type(self, key: tuple[str, str]) -> MessageType:
+    def _read_type(self, key: tuple[str, str]) -> AnyType:
         channels = self._channels.get(key)
         if channels is None:
             raise DatasetsError("the message is not one of this recording")
         definitions = {(channel.encoding, channel.definition): channel for channel in channels}
-        first, *others = (
-            message_type(x.type, x.encoding, x.definition, self._ros_distro) for x in definitions.values()
-        )
+        first, *others = (_made(x, self._ros_distro) for x in definitions.values())
         if any((other.encoding, other.layout()) != (first.encoding, first.layout()) for other in others):
             raise DatasetsError("the topic carries two different types of this name", cure="filter one publisher out")
         return first
 
     def _fault(self, raw: RawMessage, what: str, cure: str | None = None) -> DatasetsError:
         return DatasetsError(what, where=f"{self.path}: {raw.topic} ({raw.type}) at {raw.record_ns} ns", cure=cure)
+
+
+def _made(channel: Channel, ros_distro: str) -> AnyType:
+    if channel.encoding in ("json", "protobuf"):
+        return schema_type(channel.type, channel.encoding, channel.definition)
+    return message_type(channel.type, channel.encoding, channel.definition, ros_distro)
 
 
 def _from(start_ns: int, messages: Iterator[RawMessage]) -> Iterator[tuple[int, RawMessage | None]]:

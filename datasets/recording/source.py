@@ -15,7 +15,7 @@ class Definition(NamedTuple):
     """A message definition as embedded in the recording."""
 
     format: str
-    """``msg`` or ``idl``; anything else is a schema language navtool does not read."""
+    """``msg``, ``idl`` or ``protobuf`` (its descriptors as latin-1); others are not read."""
     text: str
 
 
@@ -26,7 +26,7 @@ class Channel:
     topic: str
     type: str
     encoding: str
-    """``ros1`` or ``cdr`` are ROS serialisations; others are listed but cannot be decoded."""
+    """``ros1``, ``cdr``, ``json`` or ``protobuf``; others are listed but cannot be decoded."""
     definition: Definition | None
     """None where the recording embeds none."""
     count: int

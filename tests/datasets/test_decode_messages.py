@@ -256,6 +256,7 @@ ANY_FIELDS: dict[str, dict[str, Any]] = {
     "sensor_msgs/msg/CompressedImage": {"format": "png", "data": cv2.imencode(".png", np.zeros((2, 3, 3)))[1]},
     "sensor_msgs/msg/PointCloud2": CLOUD,
     "sensor_msgs/msg/CameraInfo": CALIBRATION,
+    "velodyne_msgs/msg/VelodyneScan": {"packets": [{"data": np.r_[np.full(1205, 1), 0x22]}]},
     "tf2_msgs/msg/TFMessage": {"transforms": [transform_fields("lidar", TURN)]},
     "tf/msg/tfMessage": {"transforms": [transform_fields("imu", TURN)]},
 }
@@ -264,7 +265,7 @@ ANY_FIELDS: dict[str, dict[str, Any]] = {
 def test_every_type_goes_through_every_container(
     container: str, write_recording: Callable[..., Path], ros_message: Make
 ) -> None:
-    kinds = sorted(DECODERS)
+    kinds = sorted(kind for kind in DECODERS if not kind.startswith("foxglove"))
     fields = [{**HEAD, **ANY_FIELDS.get(kind, {})} for kind in kinds]
     entries = [(f"/{k}", kind, 10 + k, fields[k]) for k, kind in enumerate(kinds)]
     path = write_recording(container, entries)

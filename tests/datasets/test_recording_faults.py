@@ -259,8 +259,9 @@ def mcap_file(path: Path, message_encoding: str, schema_encoding: str, name: str
 @pytest.mark.parametrize(
     ("message_encoding", "schema_encoding", "told"),
     [
-        ("json", "jsonschema", "messages encoded as 'json' are not supported yet; ros1 and cdr are"),
-        ("protobuf", "protobuf", "messages encoded as 'protobuf' are not supported yet"),
+        ("flatbuffer", "flatbuffer", "messages encoded as 'flatbuffer' are not supported yet"),
+        ("json", "jsonschema", "the message cannot be decoded"),
+        ("protobuf", "protobuf", "its definition cannot be read"),
         ("cdr", "omgidl2", "definitions written in 'omgidl2' are not supported yet"),
     ],
 )

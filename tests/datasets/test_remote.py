@@ -14,7 +14,8 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording import open_recording
 from navtool.datasets.recording.remote import local_paths
 
-IMU = [("/imu", "sensor_msgs/msg/Imu", 10**9 + k * 10**7, {}) for k in range(9)]
+type Entry = tuple[str, str, int, dict[str, Any]]
+IMU: list[Entry] = [("/imu", "sensor_msgs/msg/Imu", 10**9 + k * 10**7, {}) for k in range(9)]
 
 
 class _Quiet(SimpleHTTPRequestHandler):

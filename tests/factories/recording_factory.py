@@ -108,12 +108,20 @@ def cdr() -> Callable[..., bytes]:
     return serialise
 
 
+_MORE_TYPES = {
+    "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",
+    "tf/msg/tfMessage": "geometry_msgs/TransformStamped[] transforms",
+    "velodyne_msgs/msg/VelodynePacket": "builtin_interfaces/Time stamp\nuint8[1206] data",
+    "velodyne_msgs/msg/VelodyneScan": "std_msgs/Header header\nvelodyne_msgs/VelodynePacket[] packets",
+}
+
+
 @cache
 def _store(*, ros1: bool) -> Typestore:
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
-    for kind in ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"):
+    for kind, text in _MORE_TYPES.items():
         if kind not in store.fielddefs:
-            store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", kind))
+            store.register(get_types_from_msg(text, kind))
     return store
 
 
