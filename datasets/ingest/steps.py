@@ -86,7 +86,7 @@ def add_episode(
     plan = planned.plan
     if plan is None:
         raise ValueError("a recording without a plan")
-    replaced = store.episode_from(source_name(path))
+    replaced = store.episode_from(source_name(path), planned.sha256, plan.recording_start_ns)
     folder = EpisodeFolder(staged, store.numbering(replaced))
     with _output_errors(staged):
         join_segments(plan, segments, results, features_of(plan.contents), config.fps, folder)

@@ -83,9 +83,17 @@ class Store:
         """What one episode was made from."""
         return read_json(self.layout.episode(episode) / "provenance.json", _REBUILD)
 
-    def episode_from(self, source: str) -> int | None:
-        """The episode that a recording of this name became; None where there is none."""
-        return next((n for n in range(self.episodes) if self.provenance_of(n)["source"] == source), None)
+    def episode_from(self, source: str, sha256: str, recording_start_ns: int) -> int | None:
+        """The episode that the same recording became before; None where there is none.
+
+        The same recording is one of the same bytes, or one of the same name that began at the same moment: it was still
+        being written or copied then. A name alone says little: runs of many days are called alike.
+        """
+        for number, entry in enumerate(self.provenance()):
+            named = (entry["source"], entry["recording_start_ns"]) == (source, recording_start_ns)
+            if named or entry["sha256"] == sha256:
+                return number
+        return None
 
     def numbering(self, episode: int | None) -> Numbering:
         """The place of the next episode, or that of one that is to be replaced."""

@@ -173,13 +173,14 @@ def heeded_interrupts() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("heeded_interrupts")
+@pytest.mark.parametrize("workers", ["1", "2"])
 def test_an_interrupted_ingest_says_so_and_leaves_nothing_half_written(
-    write_recording: Callable[..., Path], drive_entries: Callable[..., Any], tmp_path: Path
+    write_recording: Callable[..., Path], drive_entries: Callable[..., Any], tmp_path: Path, workers: str
 ) -> None:
     bags = [write_recording("mcap", drive_entries(12.0, seed=seed), name=f"run-{seed}") for seed in range(3)]
     out = tmp_path / "out"
     navtool = str(Path(sys.executable).with_name("navtool"))
-    command = [navtool, "ingest", *map(str, bags), "--out", str(out)]
+    command = [navtool, "ingest", *map(str, bags), "--out", str(out), "--workers", workers]
     with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
         staging = out / "navtool" / "staging"
         while process.poll() is None and not staging.exists():

@@ -119,6 +119,22 @@ def test_a_recording_that_changed_replaces_its_episode(
     assert NavDataset(out).calibration(0).robot_width_m == 0.5
 
 
+def test_runs_of_other_days_that_are_called_alike_replace_nothing(
+    recording_writer: Callable[..., Path], drive_entries: Drive, tmp_path: Path
+) -> None:
+    paths = []
+    for day in range(2):
+        folder = tmp_path / f"day-{day}" / "bags"
+        folder.mkdir(parents=True)
+        later = [(topic, kind, at + day * 86_400 * 10**9, f) for topic, kind, at, f in drive_entries(seed=day)]
+        paths.append(recording_writer(folder, "mcap", later, "run"))
+    out = tmp_path / "out"
+    report = _ingest(paths, out)
+    assert [(episode.source, episode.rebuilt) for episode in report.episodes] == [("bags/run", False)] * 2
+    assert len(NavDataset(out).episodes) == 2
+    assert _ingest([paths[1]], out).skipped == ["bags/run"]
+
+
 def test_a_worker_that_dies_ends_the_ingest_with_its_reason(
     write_recording: Write, drive_entries: Drive, tmp_path: Path
 ) -> None:
