@@ -30,13 +30,25 @@ STREAM_TYPES: dict[str, tuple[str, ...]] = {
 }
 """The message types that each stream can be read from, in the order of the data set's streams."""
 
+_UNITREE = ("unitree_go/msg/LowState", "unitree_legged_msgs/msg/LowState")
+
 NAMED_TYPES: dict[str, tuple[str, ...]] = {
     "odometry": (
         "geometry_msgs/msg/PoseStamped",
         "geometry_msgs/msg/PoseWithCovarianceStamped",
         *foxglove("PoseInFrame"),
+        "unitree_go/msg/SportModeState",
     ),
-    "battery": ("std_msgs/msg/Float32", "std_msgs/msg/Float64"),
+    "imu": _UNITREE,
+    "joints": (*_UNITREE, "anymal_msgs/msg/AnymalState"),
+    "battery": (
+        "std_msgs/msg/Float32",
+        "std_msgs/msg/Float64",
+        "spot_msgs/msg/BatteryStateArray",
+        "husky_msgs/msg/HuskyStatus",
+        "jackal_msgs/msg/Status",
+        *_UNITREE,
+    ),
     "command": (
         "nav_msgs/msg/Odometry",
         "sensor_msgs/msg/Joy",

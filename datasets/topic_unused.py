@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from navtool.datasets.recording import Topic
-from navtool.datasets.topic_score import IMAGE_TYPES, STREAM_TYPES, camera_name, name_score
+from navtool.datasets.topic_score import IMAGE_TYPES, NAMED_TYPES, STREAM_TYPES, camera_name, name_score
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +81,9 @@ def _reason(topic: Topic, chosen: Mapping[str, str | None]) -> str:
     for pattern, reason in _BY_TYPE:
         if re.search(pattern, topic.type):
             return reason
+    named = [stream for stream, kinds in NAMED_TYPES.items() if topic.type in kinds]
+    if named:
+        return f"read as {' or '.join(named)} only where the robot file names it"
     if _STANDARD.match(topic.type):
         return "no stream of the data set takes this type"
     return f"no decoder for {topic.type}"

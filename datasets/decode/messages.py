@@ -203,6 +203,17 @@ class JoySample:
 
 
 @dataclass(frozen=True, kw_only=True)
+class RobotStateSample:
+    """Several of a robot's streams in one message; each has the message's stamp."""
+
+    stamp_ns: int | None
+    frame_id: str
+    joints: JointSample
+    imu: ImuSample
+    battery: BatterySample
+
+
+@dataclass(frozen=True, kw_only=True)
 class StringSample:
     """A text, such as a robot description."""
 
@@ -227,6 +238,7 @@ type Decoded = (
     | BoolSample
     | FloatSample
     | JoySample
+    | RobotStateSample
     | StringSample
 )
 """Whatever a message decodes to."""

@@ -36,6 +36,14 @@ from navtool.datasets.decode.robot_state import (
 )
 from navtool.datasets.decode.sensor_geometry import decode_camera_info, decode_laser_scan, decode_transforms
 from navtool.datasets.decode.velodyne_packets import decode_velodyne_scan
+from navtool.datasets.decode.vendor_state import (
+    decode_anymal_state,
+    decode_husky_status,
+    decode_jackal_status,
+    decode_spot_batteries,
+    decode_unitree_low_state,
+    decode_unitree_sport_state,
+)
 
 type Decoder = Callable[[Any], Decoded]
 
@@ -49,7 +57,19 @@ _FOXGLOVE: dict[str, Decoder] = {
     "RawImage": decode_foxglove_raw_image,
 }
 
+VENDOR_DECODERS: dict[str, Decoder] = {
+    "anymal_msgs/msg/AnymalState": decode_anymal_state,
+    "husky_msgs/msg/HuskyStatus": decode_husky_status,
+    "jackal_msgs/msg/Status": decode_jackal_status,
+    "spot_msgs/msg/BatteryStateArray": decode_spot_batteries,
+    "unitree_go/msg/LowState": decode_unitree_low_state,
+    "unitree_go/msg/SportModeState": decode_unitree_sport_state,
+    "unitree_legged_msgs/msg/LowState": decode_unitree_low_state,
+}
+"""Types that only the recording itself defines."""
+
 DECODERS: dict[str, Decoder] = {
+    **VENDOR_DECODERS,
     **{f"foxglove.{name}": decoder for name, decoder in _FOXGLOVE.items()},
     **{f"foxglove_msgs/msg/{name}": decoder for name, decoder in _FOXGLOVE.items()},
     "geometry_msgs/msg/PoseStamped": decode_pose_stamped,

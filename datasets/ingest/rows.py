@@ -13,6 +13,7 @@ from navtool.datasets.decode.messages import (
     JoySample,
     OdometrySample,
     PoseSample,
+    RobotStateSample,
     TwistSample,
 )
 from navtool.datasets.errors import DatasetsError
@@ -58,6 +59,8 @@ def rows_of(sample: object, stream: str, joint_names: tuple[str, ...], joy: JoyC
     Raises:
         DatasetsError: If the type is not one of the small streams'.
     """
+    if isinstance(sample, RobotStateSample):
+        sample = getattr(sample, stream, None)
     match sample:
         case TwistSample(linear=linear, angular=angular):
             return StreamRows(sample.stamp_ns, sample.frame_id, TWIST_COLUMNS, _flat(linear, angular))

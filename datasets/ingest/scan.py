@@ -83,20 +83,22 @@ def scan_recording(
     Raises:
         DatasetsError: If the recording cannot be read on, or no image or cloud of a mapped stream can be decoded.
     """
-    by_topic = {topic: stream for stream, topic in topics.streams().items()}
+    by_topic: dict[str, list[str]] = {}
+    for stream, topic in topics.streams().items():
+        by_topic.setdefault(topic, []).append(stream)
     kinds = {topic.name: topic.type for topic in recording.topics}
     static = tuple(x for x in topics.transforms if x.endswith("tf_static") or kinds[x].startswith("foxglove"))
-    scan = Scan(topics, {stream: StreamScan(topic) for topic, stream in by_topic.items() if stream != "camera_info"})
+    scan = Scan(topics, {name: StreamScan(topic) for name, topic in topics.streams().items() if name != "camera_info"})
     if "joints" in scan.streams:
         scan.streams["joints"].joint_names = joint_names
     for raw in recording.messages((*by_topic, *static)):
-        stream = by_topic.get(raw.topic)
-        if stream is None or stream == "camera_info":
-            _add_geometry(scan, recording, raw)
-        elif stream in LARGE:
-            _add_stamp(scan.streams[stream], recording, raw)
-        else:
-            _add_row(scan.streams[stream], stream, joy, recording, raw)
+        for stream in by_topic.get(raw.topic, ("transforms",)):
+            if stream in ("transforms", "camera_info"):
+                _add_geometry(scan, recording, raw)
+            elif stream in LARGE:
+                _add_stamp(scan.streams[stream], recording, raw)
+            else:
+                _add_row(scan.streams[stream], stream, joy, recording, raw)
         if advance is not None:
             advance(len(raw.data))
     for stream in LARGE:

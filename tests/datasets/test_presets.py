@@ -38,7 +38,7 @@ LACKING: dict[str, set[str]] = {
     "paad": {"camera_info"},
 }
 """What the recordings of a preset do not have."""
-ROS2 = ("spot_ros2", "clearpath_ros2", "turtlebot4", "go2")
+ROS2 = ("unitree_ros2", "spot_ros2", "clearpath_ros2", "turtlebot4", "go2")
 
 
 def _robot(name: str) -> RobotConfig:
@@ -74,10 +74,48 @@ def _jpeg_called_rgb8(stamp: dict[str, Any]) -> dict[str, Any]:
     return {**stamp, "width": 128, "height": 96, "step": 384, "encoding": "rgb8", "data": jpeg}
 
 
+def _batteries(stamp: dict[str, Any]) -> dict[str, Any]:
+    one = {**stamp, "current": -2.5, "voltage": 57.0, "charge_percentage": 80.0}
+    return {"battery_states": [one, one | {"current": -1.5}]}
+
+
+def _husky(stamp: dict[str, Any]) -> dict[str, Any]:
+    return {**stamp, "left_driver_current": 1.5, "right_driver_current": 1.0, "mcu_and_user_port_current": 1.5}
+
+
+def _jackal(stamp: dict[str, Any]) -> dict[str, Any]:
+    return {**stamp, "total_current": 4.0}
+
+
+def _anymal(stamp: dict[str, Any]) -> dict[str, Any]:
+    values = {key: np.arange(12.0) for key in ("position", "velocity", "effort")}
+    return {**stamp, "joints": {**stamp, "name": [f"joint_{n}" for n in range(12)], **values}}
+
+
+def _low_state(_: dict[str, Any]) -> dict[str, Any]:
+    imu = {"quaternion": [1, 0, 0, 0], "gyroscope": [0, 0, 0.5], "accelerometer": [0, 0, 9.81]}
+    motors = [{"q": n, "dq": 2 * n, "tau_est": 3 * n} for n in range(20)]
+    return {"imu_state": imu, "motor_state": motors, "bms_state": {"current": -4000, "soc": 80}}
+
+
+def _sport(stamp: dict[str, Any]) -> dict[str, Any]:
+    time = stamp["header"]["stamp"]
+    along = (time["sec"] - 1_700_000_000) + time["nanosec"] * 1e-9
+    return {"stamp": time, "position": [0.7 * along, 0, 0.3], "imu_state": {"quaternion": [1, 0, 0, 0]}}
+
+
 OTHER_TYPES: dict[tuple[str, str], tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]] = {
     ("rellis3d", "battery"): ("std_msgs/msg/Float64", _float),
     ("rellis3d", "image"): ("sensor_msgs/msg/Image", _mosaic),
     ("spot_ros1", "image"): ("sensor_msgs/msg/Image", _jpeg_called_rgb8),
+    ("spot_ros1", "battery"): ("spot_msgs/msg/BatteryStateArray", _batteries),
+    ("spot_ros2", "battery"): ("spot_msgs/msg/BatteryStateArray", _batteries),
+    ("husky", "battery"): ("husky_msgs/msg/HuskyStatus", _husky),
+    ("jackal", "battery"): ("jackal_msgs/msg/Status", _jackal),
+    ("anymal_grandtour", "joints"): ("anymal_msgs/msg/AnymalState", _anymal),
+    ("unitree_ros2", "imu"): ("unitree_go/msg/LowState", _low_state),
+    ("unitree_ros2", "joints"): ("unitree_go/msg/LowState", _low_state),
+    ("unitree_ros2", "odometry"): ("unitree_go/msg/SportModeState", _sport),
     ("musohu", "command"): ("nav_msgs/msg/Odometry", _odometry),
     ("scand_jackal", "command"): ("sensor_msgs/msg/Joy", _joy),
     ("scand_spot", "command"): ("sensor_msgs/msg/Joy", _joy),
@@ -105,6 +143,8 @@ def _recorded(name: str, robot: RobotConfig, entries: list[Any], *, ros1: bool) 
             moved = [t | {"header": t["header"] | {"frame_id": robot.base_frame}} for t in fields["transforms"]]
             out.append((topic, kind, record_ns, {"transforms": moved}))
         elif stream in topics:
+            if stream == "joints" and topics.get("imu") == topics["joints"]:
+                continue  # one message feeds both
             if (name, stream) in OTHER_TYPES:
                 kind, make = OTHER_TYPES[name, stream]
                 header = {"stamp": {"sec": record_ns // 10**9, "nanosec": record_ns % 10**9}, "frame_id": ""}
@@ -135,9 +175,18 @@ def test_a_preset_reads_the_recordings_of_its_robot(
         assert dataset.calibration(0).base_lidar is not None
         assert dataset.column("valid.lidar")[2:].all()
     if "battery" in topics:
-        sign = 1.0 if (name, "battery") not in OTHER_TYPES else 6.5 / 4.0
+        sign = 6.5 / 4.0 if name == "rellis3d" else 1.0
         current = dataset.column("observation.proprioception")[5, -1]
         assert current == pytest.approx(4.0 * sign), "a discharging current is positive"
+    if name == "unitree_ros2":
+        np.testing.assert_allclose(dataset.column("observation.state")[3:-3, 0], 0.7, atol=1e-3)
+        np.testing.assert_allclose(dataset.column("observation.imu")[5], [0, 0, 9.81, 0, 0, 0.5], atol=1e-5)
+        joints = dataset.features["observation.proprioception"].names
+        assert joints is not None
+        assert joints[3] == "position.FL_hip_joint"
+        assert dataset.column("observation.proprioception")[5, 3] == pytest.approx(3.0)
+    if name == "anymal_grandtour":
+        assert dataset.column("observation.proprioception")[5, 11] == pytest.approx(11.0)
     if robot.joint_names:
         position = dataset.column("observation.proprioception")[5, : len(robot.joint_names)]
         assert position.tolist() == list(range(len(robot.joint_names)))[::-1]

@@ -111,6 +111,22 @@ def cdr() -> Callable[..., bytes]:
 _MORE_TYPES = {
     "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",
     "tf/msg/tfMessage": "geometry_msgs/TransformStamped[] transforms",
+    "anymal_msgs/msg/ExtendedJointState": "std_msgs/Header header\nstring[] name\nfloat64[] position\n"
+    "float64[] velocity\nfloat64[] acceleration\nfloat64[] effort",
+    "anymal_msgs/msg/AnymalState": "std_msgs/Header header\nint8 state\nanymal_msgs/ExtendedJointState joints",
+    "husky_msgs/msg/HuskyStatus": "std_msgs/Header header\nfloat64 mcu_and_user_port_current\n"
+    "float64 left_driver_current\nfloat64 right_driver_current\nbool e_stop",
+    "jackal_msgs/msg/Status": "std_msgs/Header header\nfloat32 total_current\nfloat32 drive_current",
+    "spot_msgs/msg/BatteryState": "std_msgs/Header header\nstring identifier\nfloat64 charge_percentage\n"
+    "float64 current\nfloat64 voltage",
+    "spot_msgs/msg/BatteryStateArray": "spot_msgs/BatteryState[] battery_states",
+    "unitree_go/msg/IMUState": "float32[4] quaternion\nfloat32[3] gyroscope\nfloat32[3] accelerometer",
+    "unitree_go/msg/MotorState": "uint8 mode\nfloat32 q\nfloat32 dq\nfloat32 ddq\nfloat32 tau_est",
+    "unitree_go/msg/BmsState": "uint8 status\nuint8 soc\nint32 current",
+    "unitree_go/msg/LowState": "uint8[2] head\nunitree_go/IMUState imu_state\nunitree_go/MotorState[20] motor_state\n"
+    "unitree_go/BmsState bms_state\nint16[4] foot_force\nuint32 tick\nfloat32 power_v",
+    "unitree_go/msg/SportModeState": "builtin_interfaces/Time stamp\nunitree_go/IMUState imu_state\nuint8 mode\n"
+    "float32[3] position\nfloat32[3] velocity\nfloat32 yaw_speed",
     "velodyne_msgs/msg/VelodynePacket": "builtin_interfaces/Time stamp\nuint8[1206] data",
     "velodyne_msgs/msg/VelodyneScan": "std_msgs/Header header\nvelodyne_msgs/VelodynePacket[] packets",
 }
@@ -193,7 +209,8 @@ def _value(store: Typestore, node: int, description: Any, given: Any) -> Any:
         return zero if given is None else given
     (inner, inner_description), length = description
     if inner == Nodetype.NAME:
-        return [_build(store, inner_description, x) for x in given or []]
+        parts = [_build(store, inner_description, x) for x in given or []]
+        return parts + [_build(store, inner_description, {}) for _ in range(max(length - len(parts), 0))]
     if inner_description[0] == "string":
         return list(given or [])
     size = length if node == Nodetype.ARRAY else 0
