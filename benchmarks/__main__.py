@@ -11,6 +11,7 @@ BENCHMARKS = {
     "cloud_features": "cloud_reliability_auc.py",
     "ingest": "ingest.py",
     "reads": "reads.py",
+    "relabel": "relabel.py",
 }
 
 

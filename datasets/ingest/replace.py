@@ -48,7 +48,7 @@ def replace_episode(
         where = layout.root
         raise OutputError(f"cannot be written ({error.strerror})", where=where, cure="check the space") from error
     metas = [layout.episode_meta(episode) for episode in range(episodes)]
-    each = [_stats(staged(meta) if staged(meta).exists() else meta) for meta in metas]
+    each = [entry_stats(staged(meta) if staged(meta).exists() else meta) for meta in metas]
     # One after the other, as episodes are added: sums in another order would differ in the last digit.
     stats = reduce(lambda before, next_one: aggregate([before, next_one]), each)
     write_json(staged(layout.stats), stats)
@@ -72,7 +72,7 @@ def _span(meta: Path) -> tuple[int, int]:
     return int(entry["dataset_from_index"]), int(entry["dataset_to_index"])
 
 
-def _stats(meta: Path) -> dict[str, Stats]:
+def entry_stats(meta: Path) -> dict[str, Stats]:
     """The statistics in an episode's entry, by column."""
     stats: dict[str, Stats] = {}
     for name, value in pq.read_table(meta).to_pylist()[0].items():

@@ -1,6 +1,7 @@
 """The small streams as table rows: one decoded message becomes numbers under fixed column names."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -107,10 +108,16 @@ def _velocity(sample: JoySample, joy: JoyCommand | None) -> tuple[float, ...]:
     return (forward, left, 0.0, 0.0, 0.0, turn)
 
 
+@lru_cache(maxsize=16)
+def joint_columns(names: tuple[str, ...]) -> tuple[str, ...]:
+    """The columns of joints of these names."""
+    return tuple(f"{kind}.{name}" for kind in JOINT_KINDS for name in names)
+
+
 def _joint_row(sample: JointSample, names: tuple[str, ...]) -> StreamRows:
     if not sample.names:
         raise DatasetsError("a joint state without names", cure="leave the stream out: robot.topics.joints=[none]")
-    columns = tuple(f"{kind}.{name}" for kind in JOINT_KINDS for name in names)
+    columns = joint_columns(names)
     if sample.names == names:
         values = _flat(sample.position, sample.velocity, sample.effort)
     else:

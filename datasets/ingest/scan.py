@@ -10,6 +10,7 @@ from jaxtyping import Float64, Int64
 from navtool.datasets.decode.messages import CameraInfoSample, ImageFrame, PointCloud, Transform, TransformsSample
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.clock import NO_STAMP
+from navtool.datasets.ingest.fast_rows import FastRows
 from navtool.datasets.ingest.rows import StreamRows, rows_of
 from navtool.datasets.recording import RawMessage, Recording
 from navtool.datasets.robot import JoyCommand
@@ -91,6 +92,7 @@ def scan_recording(
     scan = Scan(topics, {name: StreamScan(topic) for name, topic in topics.streams().items() if name != "camera_info"})
     if "joints" in scan.streams:
         scan.streams["joints"].joint_names = joint_names
+    fast = FastRows(recording)
     for raw in recording.messages((*by_topic, *static)):
         for stream in by_topic.get(raw.topic, ("transforms",)):
             if stream in ("transforms", "camera_info"):
@@ -98,7 +100,7 @@ def scan_recording(
             elif stream in LARGE:
                 _add_stamp(scan.streams[stream], recording, raw)
             else:
-                _add_row(scan.streams[stream], stream, joy, recording, raw)
+                _add_row(scan.streams[stream], stream, joy, recording, fast, raw)
         if advance is not None:
             advance(len(raw.data))
     for stream in LARGE:
@@ -131,17 +133,29 @@ def _add_stamp(stream: StreamScan, recording: Recording, raw: RawMessage) -> Non
             stream.native_size = (len(sample.xyz), 1)
 
 
-def _add_row(stream: StreamScan, name: str, joy: JoyCommand | None, recording: Recording, raw: RawMessage) -> None:
-    try:
-        rows: StreamRows = rows_of(recording.decode(raw), name, stream.joint_names, joy)
-    except DatasetsError as error:
-        _count_fault(stream, error)
-        return
+def _add_row(
+    stream: StreamScan, name: str, joy: JoyCommand | None, recording: Recording, fast: FastRows, raw: RawMessage
+) -> None:
+    rows = _fast_row(stream, name, fast, raw)
+    if rows is None:
+        try:
+            rows = rows_of(recording.decode(raw), name, stream.joint_names, joy)
+        except DatasetsError as error:
+            _count_fault(stream, error)
+            return
     if not stream.columns:
         stream.columns, stream.joint_names, stream.frame_id = rows.columns, rows.joint_names, rows.frame_id
     stream.header_ns.append(NO_STAMP if rows.stamp_ns is None else rows.stamp_ns)
     stream.record_ns.append(raw.record_ns)
     stream.rows.append(rows.values)
+
+
+def _fast_row(stream: StreamScan, name: str, fast: FastRows, raw: RawMessage) -> StreamRows | None:
+    if name == "command" and not raw.type.endswith("/TwistStamped"):
+        return None
+    rows = fast.row(raw)
+    other = rows is not None and bool(stream.joint_names) and rows.joint_names != stream.joint_names
+    return None if other else rows
 
 
 def _add_geometry(scan: Scan, recording: Recording, raw: RawMessage) -> None:

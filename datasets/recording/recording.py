@@ -133,6 +133,14 @@ class Recording:
         except Exception as error:
             raise self._fault(raw, f"its header cannot be read: {describe(error)}") from error
 
+    def layout_of(self, raw: RawMessage) -> tuple[str, tuple[object, ...]] | None:
+        """Encoding and fields of the message's type; None where its definition cannot be read."""
+        try:
+            kind = self._type_of(raw)
+        except DatasetsError:
+            return None
+        return kind.encoding, kind.layout()
+
     def decode(self, raw: RawMessage) -> Decoded:
         """The contents of a message.
 
