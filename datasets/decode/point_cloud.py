@@ -52,7 +52,8 @@ def _decoded(message: Any) -> PointCloud:
     intensity = None if fields.intensity is None else points[fields.intensity].astype(np.float32).reshape(-1)
     ring = None if fields.ring is None else _ring(points[fields.ring].reshape(-1))
     time_s = None if fields.time is None else seconds_from_header(points[fields.time].reshape(-1), head.stamp_ns or 0)
-    finite = np.isfinite(columns).all(axis=0)
+    x, y, z = columns
+    finite = np.isfinite(x) & np.isfinite(y) & np.isfinite(z)
     kept: Any = slice(None) if finite.all() else finite
     return PointCloud(
         **head._asdict(),

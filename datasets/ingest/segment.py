@@ -306,7 +306,8 @@ class _Rows:
     def _in_base_frame(self, cloud: PointCloud, stamp_ns: int) -> tuple[Points, int]:
         columns = np.ascontiguousarray(cloud.xyz.T)
         time_s = cloud.time_s
-        returned = (columns != 0).any(axis=0)
+        x, y, z = columns
+        returned = (x != 0) | (y != 0) | (z != 0)
         if not returned.all():
             columns = columns.compress(returned, axis=1)
             time_s = None if time_s is None else time_s[returned]
