@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float32, Int64, Integer
-from scipy.spatial import cKDTree
 
 from navtool.pipeline.arrays import Array
 
@@ -62,6 +61,8 @@ def ring_neighbourhoods(
 
 def nearest_neighbourhoods(columns: Float32[Array, "3 n"], neighbours: int, max_points: int) -> Neighbourhoods:
     """The `neighbours` nearest points of up to `max_points` points, every k-th of the cloud."""
+    from scipy.spatial import cKDTree  # noqa: PLC0415 - takes 0.25 s, and only clouds without rings need it
+
     points = columns.T
     count = points.shape[0]
     centre = np.arange(0, count, max(1, -(-count // max_points)))

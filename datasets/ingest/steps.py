@@ -3,7 +3,9 @@
 Planning and reading may happen in other processes; what they take and return crosses between them.
 """
 
+import threading
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +22,7 @@ from navtool.datasets.ingest.settings import settings_hash, streams_left_out
 from navtool.datasets.ingest.store import Store
 from navtool.datasets.ingest.sync_picture import sync_picture
 from navtool.datasets.ingest.sync_report import stream_notes
-from navtool.datasets.ingest.workers import Advance
+from navtool.datasets.ingest.workers import Advance, Stopped
 from navtool.datasets.lineage import code_version, plain, recording_sha256
 from navtool.datasets.recording import open_recording
 from navtool.datasets.robot import RobotConfig
@@ -51,12 +53,15 @@ def plan_step(
         known: Content hashes of the recordings that need no work.
         staged: The episode's staged folder; None writes nothing.
     """
-    sha256, size = recording_sha256(path, advance)
-    if sha256 in known:
-        return Planned(sha256, size, None)
-    with _output_errors(staged), open_recording(path, merged=config.merge is Merge.folder) as recording:
-        streams_to = None if staged is None else streams_folder(staged)
-        plan = plan_episode(recording, robot, config, fixed, streams_to, advance)
+    with _beside(advance) as (thread, tell):
+        # Where nothing is known yet the recording is hashed while it is read: hashing needs no interpreter.
+        hashing = thread.submit(recording_sha256, path, tell)
+        if known and hashing.result()[0] in known:
+            return Planned(*hashing.result(), None)
+        with _output_errors(staged), open_recording(path, merged=config.merge is Merge.folder) as recording:
+            streams_to = None if staged is None else streams_folder(staged)
+            plan = plan_episode(recording, robot, config, fixed, streams_to, advance)
+        sha256, size = hashing.result()
     if fixed is not None and (extra := streams_left_out(fixed, plan.found)):
         plan.notes.append(f"{', '.join(extra)}: not used, since the data set's first recording did not have them")
     return Planned(sha256, size, plan)
@@ -147,6 +152,24 @@ def summary_of(plan: EpisodePlan, path: Path, episode: int | None, *, rebuilt: b
         notes=[*plan.notes, *stream_notes(plan.sync_report)],
         rebuilt=rebuilt,
     )
+
+
+@contextmanager
+def _beside(advance: Advance) -> Iterator[tuple[ThreadPoolExecutor, Advance]]:
+    """A thread, and what it tells its progress to; it ends soon where this one fails or is interrupted."""
+    given_up = threading.Event()
+
+    def tell(read_bytes: int) -> None:
+        if given_up.is_set():
+            raise Stopped
+        advance(read_bytes)
+
+    with ThreadPoolExecutor(1) as thread:
+        try:
+            yield thread, tell
+        except BaseException:
+            given_up.set()
+            raise
 
 
 @contextmanager
