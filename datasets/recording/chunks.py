@@ -35,8 +35,8 @@ class ChunkMessage(NamedTuple):
     data: bytes
 
 
-type Contents = tuple[bytes, list[tuple[int, int, int, int]]]
-"""A chunk's bytes, and for each message its record time, start, end and channel."""
+type Contents = tuple[bytes, list[tuple[int, int, int, int]], str]
+"""A chunk's bytes; for each message its record time, start, end and channel; what its end lacks, empty for nothing."""
 type Load = Callable[[Chunk, Container[int]], Contents]
 
 
@@ -47,6 +47,7 @@ class Skipped:
         self._total = total
         self._reasons: dict[int, str] = {}
         self._bytes = 0
+        self._torn: dict[int, str] = {}
 
     def add(self, chunk: Chunk, error: Exception) -> None:
         """Note a chunk and why it was skipped."""
@@ -54,13 +55,22 @@ class Skipped:
             self._reasons[chunk.place] = error.what if isinstance(error, DatasetsError) else describe(error)
             self._bytes += chunk.size
 
+    def add_torn(self, chunk: Chunk, what: str) -> None:
+        """Note a chunk of which only the beginning can be read."""
+        self._torn.setdefault(chunk.place, what)
+
     def faults(self) -> tuple[str, ...]:
-        """One sentence, or none."""
-        if not self._reasons:
-            return ()
-        first = min(self._reasons)
-        which = f"the first at byte {first}: {self._reasons[first]}"
-        return (f"{len(self._reasons)} of {self._total} chunks skipped, {self._bytes / 1e6:.3f} MB ({which})",)
+        """A sentence on the chunks that were skipped, and one on those that were read in part."""
+        told = []
+        if self._reasons:
+            first = min(self._reasons)
+            which = f"the first at byte {first}: {self._reasons[first]}"
+            told.append(f"{len(self._reasons)} of {self._total} chunks skipped, {self._bytes / 1e6:.3f} MB ({which})")
+        if self._torn:
+            first = min(self._torn)
+            which = f"the first at byte {first}: {self._torn[first]}"
+            told.append(f"{len(self._torn)} of {self._total} chunks read in part ({which})")
+        return tuple(told)
 
 
 def merged(
@@ -90,10 +100,14 @@ def _from(
     """The messages with their times, after an empty entry that keeps the chunk unread before its time."""
     yield chunk.start_ns, None
     try:
-        contents, found = load(chunk, wanted)
+        contents, found, lacking = load(chunk, wanted)
+    except MemoryError:
+        raise
     except Exception as error:
         skipped.add(chunk, error)
         return
+    if lacking:
+        skipped.add_torn(chunk, lacking)
     found.sort()
     for record_ns, start, end, channel in found:
         if start_ns <= record_ns <= end_ns:

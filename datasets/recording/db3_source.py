@@ -8,6 +8,7 @@ import logging
 import shutil
 import sqlite3
 from collections.abc import Collection, Iterator
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -59,7 +60,7 @@ class Db3Source:
         """The messages of the topics within the times, in the order of their record times."""
         with translated("this db3 recording is damaged", where=self.where, cure=_CURE):
             wanted = {key: (c.topic, c.type) for key, c in self._channel_of.items() if c.topic in topics and c.count}
-            for topic_id, record_ns, data in self._rows(tuple(wanted), start_ns, end_ns):
+            for topic_id, record_ns, data in self._whole_rows(tuple(wanted), start_ns, end_ns):
                 if not isinstance(data, bytes):
                     raise DatasetsError(f"a message of {wanted[topic_id][0]} at {record_ns} ns is no blob", cure=_CURE)
                 yield RawMessage(*wanted[topic_id], int(record_ns), decompressed(data))
@@ -141,6 +142,20 @@ class Db3Source:
             counts[topic_id] = (count + 1, first, record_ns)
         return counts
 
+    def _whole_rows(self, topic_ids: tuple[int, ...], start_ns: int, end_ns: int) -> Iterator[tuple[int, int, bytes]]:
+        """The rows; where one cannot be read, those behind it one by one."""
+        done = 0
+        try:
+            for row in self._rows(topic_ids, start_ns, end_ns):
+                yield row
+                done += 1
+        except sqlite3.DatabaseError as error:
+            if self._readable is not None:
+                raise
+            self._found.append(f"damaged ({error}): read row by row")
+            self._look_for_rows()
+            yield from islice(self._rows_one_by_one(topic_ids, start_ns, end_ns), done, None)
+
     def _rows(self, topic_ids: tuple[int, ...], start_ns: int, end_ns: int) -> Iterator[tuple[int, int, bytes]]:
         if self._readable is not None:
             return self._rows_one_by_one(topic_ids, start_ns, end_ns)
@@ -180,9 +195,7 @@ class Db3Source:
         while missed < _MISSES:
             key += 1
             try:
-                row = self._database.execute(
-                    "SELECT timestamp, topic_id FROM messages WHERE rowid = ?", (key,)
-                ).fetchone()
+                row = self._database.execute(_HEAD_BY_KEY, (key,)).fetchone()
             except sqlite3.DatabaseError:
                 row = None
             if row is None or not all(isinstance(value, int) for value in row):

@@ -102,6 +102,26 @@ def chunk_head(content: FileBytes, record: Record) -> ChunkHead:
     return ChunkHead(first, last, size, crc, compression, at + 8, at + 8 + packed)
 
 
+def next_chunk(content: FileBytes, place: int) -> int | None:
+    """Where the next compressed chunk begins whose head can be read; None where there is none."""
+    marks = [_LENGTH.pack(len(name)) + name.encode() for name in COMPRESSIONS if name]
+    before = _RECORD.size + _CHUNK.size
+    found = [content.find(mark, place) for mark in marks]
+    while any(at != -1 for at in found):
+        at = min(at for at in found if at != -1)
+        start = at - before
+        if start >= place:
+            try:
+                record = record_at(content, start, len(content))
+                head = chunk_head(content, record)
+            except ValueError:
+                record, head = None, None
+            if record is not None and head is not None and record.op == CHUNK and head.end == record.end:
+                return start
+        found = [content.find(mark, at + 1) if old == at else old for mark, old in zip(marks, found, strict=True)]
+    return None
+
+
 def chunk_contents(content: FileBytes, head: ChunkHead) -> bytes:
     """A chunk's records, decompressed and checked; of a chunk that is cut off, what can be had of them.
 
@@ -139,16 +159,16 @@ def _unpacked(packed: bytes, head: ChunkHead, *, cut: bool) -> bytes:
 
 def messages_in(contents: bytes, wanted: Container[int]) -> Contents:
     """The messages of the wanted channels."""
-    found = []
+    found: list[tuple[int, int, int, int]] = []
     place, size = 0, len(contents)
     while place + _RECORD.size <= size:
         op, length = _RECORD.unpack_from(contents, place)
         start = place + _RECORD.size
         place = start + length
         if place > size:
-            break
+            return contents, found, f"its last {size - start + _RECORD.size} bytes are no whole record"
         if op == MESSAGE:
             channel, _, log_time, _ = _MESSAGE.unpack_from(contents, start)
             if channel in wanted:
                 found.append((log_time, start + _MESSAGE.size, place, channel))
-    return contents, found
+    return contents, found, f"its last {size - place} bytes are no whole record" if place < size else ""

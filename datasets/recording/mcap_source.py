@@ -93,7 +93,10 @@ class McapSource:
         except Exception as error:
             self._found.append(f"no usable summary ({describe(error)}): read in the order of the file")
             return self._by_looking()
-        if summary is None or not _complete(summary, len(self._content)) or summary.statistics is None:
+        if summary is not None and not _inside(summary, len(self._content)):
+            self._found.append("the summary does not fit the file: read in the order of the file")
+            return self._by_looking()
+        if summary is None or not _complete(summary) or summary.statistics is None:
             return self._by_looking()
         self._schemas, self._records = summary.schemas, summary.channels
         self._counts.update(summary.statistics.channel_message_counts)
@@ -118,8 +121,14 @@ class McapSource:
             try:
                 record = mcap_file.record_at(self._content, place, size)
             except ValueError as error:
-                self._found.append(f"read up to byte {place} of {size}: {error}")
-                break
+                following = mcap_file.next_chunk(self._content, place + 1)
+                lost = (size if following is None else following) - place
+                self._found.append(f"{lost} bytes skipped at byte {place} of {size}: {error}")
+                if following is None:
+                    break
+                chunks += loose.rest()
+                place = following
+                continue
             if record.op == mcap_file.DATA_END:
                 break
             if record.end > size:
@@ -127,7 +136,7 @@ class McapSource:
             if record.op == mcap_file.CHUNK:
                 chunks += self._looked_into(record)
             elif record.end <= size:
-                chunks += loose.take(self._take(self._content, record), record)
+                chunks += loose.take(self._taken(self._content, record), record)
             place = record.end
         chunks += loose.rest()
         self._loose = loose.ends
@@ -142,12 +151,20 @@ class McapSource:
             what = error.what if isinstance(error, DatasetsError) else describe(error)
             self._found.append(f"the chunk at byte {record.place} is skipped: {what}")
             return []
-        found = [message for inner in mcap_file.records(contents) if (message := self._take(contents, inner))]
+        found = [message for inner in mcap_file.records(contents) if (message := self._taken(contents, inner))]
         if not found:
             return []
         times = [record_ns for _, record_ns in found]
         channels = frozenset(channel for channel, _ in found)
         return [Chunk(record.place, record.end - record.place, min(times), max(times), channels)]
+
+    def _taken(self, content: bytes | FileBytes, record: mcap_file.Record) -> tuple[int, int] | None:
+        """Like ``_take``; a record that is not what it says is told and left out."""
+        try:
+            return self._take(content, record)
+        except Exception as error:
+            self._found.append(f"a record at byte {record.place} is skipped: {describe(error)}")
+            return None
 
     def _take(self, content: bytes | FileBytes, record: mcap_file.Record) -> tuple[int, int] | None:
         """Note a schema or a channel; channel and record time of a message."""
@@ -197,8 +214,16 @@ class _Loose:
         return [Chunk(self._start, self._end - self._start, min(times), max(times), channels)]
 
 
-def _complete(summary: Summary, size: int) -> bool:
-    """Whether the summary alone tells where each message is and what it is, within the file."""
+def _inside(summary: Summary, size: int) -> bool:
+    """Whether the chunks that the summary lists can lie in the file."""
+    return all(
+        chunk.chunk_start_offset + chunk.chunk_length <= size and chunk.message_start_time <= chunk.message_end_time
+        for chunk in summary.chunk_indexes
+    )
+
+
+def _complete(summary: Summary) -> bool:
+    """Whether the summary alone tells where each message is and what it is."""
     statistics = summary.statistics
     if statistics is None:
         return False
@@ -209,13 +234,8 @@ def _complete(summary: Summary, size: int) -> bool:
     )
     counted = sum(statistics.channel_message_counts.values()) == statistics.message_count
     located = bool(summary.chunk_indexes) or statistics.message_count == 0
-    inside = all(
-        chunk.chunk_start_offset + chunk.chunk_length <= size
-        and chunk.message_start_time <= chunk.message_end_time
-        and chunk.compression in mcap_file.COMPRESSIONS
-        for chunk in summary.chunk_indexes
-    )
-    return described and counted and located and inside
+    known = all(chunk.compression in mcap_file.COMPRESSIONS for chunk in summary.chunk_indexes)
+    return described and counted and located and known
 
 
 def _channel(record: ChannelRecord, schemas: dict[int, Schema], count: int) -> Channel:

@@ -171,8 +171,10 @@ def records_in(contents: bytes) -> Iterator[Record]:
 
 def messages_in(contents: bytes, wanted: Container[int]) -> Contents:
     """The messages of the wanted connections."""
-    found = []
+    found, end = [], 0
     for record in records_in(contents):
+        end = record.end
         if record.op == MESSAGE and (connection := number(record, b"conn")) in wanted:
             found.append((time_ns(record.fields[b"time"]), record.start, record.end, connection))
-    return contents, found
+    left = len(contents) - end
+    return contents, found, f"its last {left} bytes are no whole record" if left else ""

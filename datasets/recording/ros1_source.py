@@ -8,7 +8,7 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording import ros1_bag as bag
 from navtool.datasets.recording.chunks import Chunk, Contents, Skipped, merged
 from navtool.datasets.recording.file_bytes import FileBytes
-from navtool.datasets.recording.foreign import translated
+from navtool.datasets.recording.foreign import describe, translated
 from navtool.datasets.recording.raw import RawMessage
 from navtool.datasets.recording.source import END_NS, Channel, Definition, normalised_type
 
@@ -75,8 +75,13 @@ class Ros1Source:
         self._content.close()
 
     def _load(self, chunk: Chunk, wanted: Container[int]) -> Contents:
-        contents = bag.chunk_contents(self._content, self._records[chunk.place])
-        return bag.messages_in(contents, wanted)
+        record = self._records[chunk.place]
+        contents = bag.chunk_contents(self._content, record)
+        _, found, lacking = bag.messages_in(contents, wanted)
+        announced = bag.number(record, b"size")
+        if not lacking and len(contents) < announced:
+            lacking = f"{len(contents)} bytes where {announced} are announced"
+        return contents, found, lacking
 
     def _check_version(self) -> None:
         head = self._content[: len(bag.MAGIC)]
@@ -90,8 +95,9 @@ class Ros1Source:
         """The chunks as the index at the file's end lists them; none where it is missing or does not fit the file."""
         try:
             chunks = self._read_index()
-        except (ValueError, DatasetsError) as error:
-            self._found.append(f"no usable index ({error}): read in the order of the file")
+        except Exception as error:
+            what = str(error) if isinstance(error, ValueError | DatasetsError) else describe(error)
+            self._found.append(f"no usable index ({what}): read in the order of the file")
             self._connections.clear()
             self._records.clear()
             self._counts.clear()

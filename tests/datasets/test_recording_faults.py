@@ -179,6 +179,45 @@ def test_a_damaged_chunk_costs_its_own_messages(container: str, write_recording:
     assert any("skipped" in fault for fault in faults)
 
 
+@pytest.mark.parametrize("container", ["ros1", "mcap_small_chunks"])
+def test_what_is_lost_within_a_chunk_or_between_two_is_told(container: str, write_recording: Write) -> None:
+    file = file_of(write_recording(container, many_entries(100)))
+    whole, _ = everything(file)
+    data = bytearray(file.read_bytes())
+    if container == "ros1":
+        place = len(data) // 3
+        data[place : place + 3000] = b"\xff" * 3000  # lengths that no record can have
+    else:
+        place = data.index(b"\x28\xb5\x2f\xfd", len(data) // 5) - 60
+        data[place : place + 40] = b"\xfe" * 40  # neither a chunk's head nor any other record
+        data[-8 - 20 :] = bytes(28)  # and no summary
+    file.write_bytes(data)
+    recovered, faults = everything(file)
+    assert 0 < len(recovered) < len(whole)
+    known = {(x.topic, x.record_ns, x.data) for x in whole}
+    intact = [x for x in recovered if (x.topic, x.record_ns, x.data) in known]
+    assert len(intact) >= len(recovered) - 20
+    assert any("read in part" in fault or "bytes skipped" in fault for fault in faults), faults
+    if container != "ros1":
+        assert recovered[-1] == whole[-1], "what comes behind the damage is there"
+
+
+def test_a_large_message_in_a_damaged_page_costs_itself_alone(write_recording: Write) -> None:
+    image = {"height": 100, "width": 100, "step": 300, "encoding": "rgb8", "data": np.full(30_000, 7, np.uint8)}
+    frames = [("/image", "sensor_msgs/msg/Image", 10**9 + k, image) for k in range(20)]
+    file = file_of(write_recording("db3", frames))
+    whole, _ = everything(file)
+    data = bytearray(file.read_bytes())
+    page = int.from_bytes(data[16:18], "big")
+    middle = data.index(b"\x07" * 3000, len(data) // 2) // page * page
+    data[middle : middle + 4] = b"\xff" * 4  # the link to the next page of a long message
+    file.write_bytes(data)
+    recovered, faults = everything(file)
+    assert len(recovered) == len(whole) - 1
+    assert any("read row by row" in fault for fault in faults)
+    assert any("1 messages skipped" in fault for fault in faults)
+
+
 def test_a_truncated_database_gives_what_it_still_has(write_recording: Write) -> None:
     file = file_of(write_recording("db3", many_entries(50)))
     whole, faults = everything(file)

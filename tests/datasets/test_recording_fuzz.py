@@ -17,7 +17,7 @@ import pytest
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording import open_recording
 
-CONTAINERS = ("ros1", "ros1_bz2", "ros1_lz4", "db3", "mcap_zstd", "mcap_lz4", "mcap_small_chunks")
+CONTAINERS = ("ros1", "ros1_bz2", "ros1_lz4", "db3", "mcap", "mcap_zstd", "mcap_lz4", "mcap_small_chunks")
 MEMORY_BYTES = 2 << 30
 TIME_S = 20.0
 LENGTHS = (0, 1, 0x7FFFFFFF, 0xFFFFFFFF, 1 << 40, (1 << 64) - 1)
