@@ -29,7 +29,7 @@ CLOUD_SCHEMA = pa.schema(
 )
 """One row a cloud, in the order of record and in the sensor's frame; ``frame_index`` is the first row it serves, -1 for
 none. The points are the bytes of little-endian arrays: float32 x, y, z interleaved, float32 intensity, uint16 ring,
-float32 time; null where not recorded. As lists of numbers they would take three times as long to write and to read.
+float32 time; null where not recorded. As lists of numbers they take 1.7 times as long to write and 1.6 to read.
 """
 
 
