@@ -13,7 +13,7 @@ from navtool.datasets.lineage import plain
 NO_TOPIC = "none"
 """As the only candidate of a stream: the robot's recordings have this topic, but it is not wanted."""
 
-_MOUNTED = ("image", "lidar", "imu")
+_MOUNTED = ("image", "lidar", "imu", "odometry")
 _DISTORTION_LENGTHS = {"none": (0,), "plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,)}
 
 
@@ -183,7 +183,7 @@ class RobotConfig:
     camera: CameraFallback | None = None
     """Calibration where a recording has none; None leaves such recordings without one."""
     mounting: dict[str, Mounting] = field(default_factory=dict)
-    """Sensor poses by ``image``, ``lidar`` or ``imu`` where tf has no path to the base frame."""
+    """Poses by ``image``, ``lidar``, ``imu`` or ``odometry`` (its child) where tf has no path to the base frame."""
 
     def __post_init__(self) -> None:
         if not self.name.strip():

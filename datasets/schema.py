@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pyarrow as pa
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 """Raised whenever a column, a file or its meaning changes; readers refuse any other."""
 
 CODEBASE_VERSION = "v3.0"

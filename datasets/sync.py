@@ -1,11 +1,23 @@
 """Bringing streams of different rates onto one fixed grid of ticks. Pure: stamps in, indices and errors out."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Bool, Float, Float64, Int64
 
 from navtool.pipeline.arrays import Array
+
+
+class Method(StrEnum):
+    """How samples become the value at a tick."""
+
+    nearest = "nearest"
+    """The nearest sample, before or after the tick."""
+    hold = "hold"
+    """The newest sample at or before the tick: nothing of the future."""
+    linear = "linear"
+    """In proportion between the samples before and after the tick."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +109,30 @@ def brackets(stamps_ns: Int64[Array, " samples"], ticks_ns: Int64[Array, " ticks
     to_before, to_after = stamps_ns[before] - ticks_ns, stamps_ns[after] - ticks_ns
     nearer = np.where(np.abs(to_before) <= np.abs(to_after), to_before, to_after)
     return Brackets(before, after, weight.clip(0.0, 1.0), np.where(valid, nearer * 1e-9, 0.0), valid)
+
+
+def choose(
+    method: Method, stamps_ns: Int64[Array, " samples"], ticks_ns: Int64[Array, " ticks"], tolerance_s: float
+) -> Match:
+    """One sample a tick, by ``nearest`` or ``hold``.
+
+    Raises:
+        ValueError: For ``linear``, which takes two.
+    """
+    if method is Method.linear:
+        raise ValueError("linear takes two samples a tick")
+    return (nearest if method is Method.nearest else hold)(stamps_ns, ticks_ns, tolerance_s)
+
+
+def around_ticks(
+    method: Method, stamps_ns: Int64[Array, " samples"], ticks_ns: Int64[Array, " ticks"], tolerance_s: float
+) -> Brackets:
+    """The samples that make the value at each tick, by any method: a chosen one is both of them."""
+    if method is Method.linear or stamps_ns.size == 0:
+        return brackets(stamps_ns, ticks_ns, tolerance_s)
+    match = choose(method, stamps_ns, ticks_ns, tolerance_s)
+    index = match.index.clip(min=0)
+    return Brackets(index, index, np.zeros(ticks_ns.size), match.error_s, match.valid)
 
 
 def _within(

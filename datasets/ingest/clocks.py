@@ -7,7 +7,7 @@ from jaxtyping import Int64
 
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.clock import Jump, StreamTime, mend_jumps, reference_clock, stream_time
-from navtool.datasets.ingest.config import ClockConfig, IngestConfig
+from navtool.datasets.ingest.config import IngestConfig, SyncConfig
 from navtool.datasets.ingest.scan import Scan
 from navtool.pipeline.arrays import Array
 
@@ -25,7 +25,7 @@ class Clocks:
     header_ns: dict[str, Int64[Array, " n"]]
     record_ns: dict[str, Int64[Array, " n"]]
     jumps: dict[str, tuple[Jump, ...]]
-    choice: ClockConfig
+    policy: SyncConfig
 
     @classmethod
     def of(cls, scan: Scan, config: IngestConfig) -> "Clocks":
@@ -34,7 +34,7 @@ class Clocks:
         for name, stream in scan.streams.items():
             recorded, record_ns[name] = stream.stamps
             header_ns[name], jumps[name] = mend_jumps(recorded, record_ns[name], round(config.sync.clock_step_s * 1e9))
-        return cls(header_ns, record_ns, jumps, config.clock)
+        return cls(header_ns, record_ns, jumps, config.sync)
 
     def times(self, grid_stream: str) -> dict[str, StreamTime]:
         """Every stream's time on the clock of the one that makes the grid.
@@ -46,7 +46,7 @@ class Clocks:
         times = {}
         for name, header_ns in self.header_ns.items():
             try:
-                times[name] = stream_time(header_ns, self.record_ns[name], reference, self.choice.of(name))
+                times[name] = stream_time(header_ns, self.record_ns[name], reference, self.policy.clock_of(name))
             except DatasetsError as error:
                 raise DatasetsError(error.what, where=name, cure=error.cure) from error
         return times

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, Int64, Shaped
+from jaxtyping import Bool, Float64, Int64, Shaped
 
 from navtool.datasets.ingest.clock import StreamTime
-from navtool.datasets.ingest.config import SyncConfig
+from navtool.datasets.ingest.config import StreamSync, SyncConfig
 from navtool.datasets.ingest.motion import Motion
 from navtool.datasets.ingest.scan import StreamScan
 from navtool.datasets.schema import (
@@ -19,7 +19,7 @@ from navtool.datasets.schema import (
     TIMESTAMP_NS_KEY,
     Contents,
 )
-from navtool.datasets.sync import Brackets, Match, brackets, hold
+from navtool.datasets.sync import Brackets, around_ticks
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import quaternion_to_rpy, slerp, wrap_angle
 
@@ -72,15 +72,13 @@ def small_columns(
     """
     ticks = ticks_ns.size
     out = SmallColumns({TIMESTAMP_NS_KEY: ticks_ns}, [])
-    _state(out, ticks_ns, streams.get("odometry"), config.state_max_gap_s)
-    _action(out, ticks_ns, streams.get("command"), config.command_max_age_s)
+    _state(out, ticks_ns, streams.get("odometry"), config.odometry)
+    _action(out, ticks_ns, streams.get("command"), config.command)
     if contents.imu:
-        _imu(out, ticks_ns, streams.get("imu"), config.imu_max_gap_s)
+        _imu(out, ticks_ns, streams.get("imu"), config.imu)
     if contents.proprioception:
-        joints = _joints(out, ticks_ns, streams.get("joints"), contents.joint_names, config.joints_max_gap_s)
-        current = _battery(
-            out, ticks_ns, streams.get("battery"), present=contents.battery, age_s=config.battery_max_age_s
-        )
+        joints = _joints(out, ticks_ns, streams.get("joints"), contents.joint_names, config.joints)
+        current = _battery(out, ticks_ns, streams.get("battery"), config.battery, present=contents.battery)
         out.values[PROPRIOCEPTION_KEY] = np.column_stack([joints, current_sign * current]).astype(np.float32)
     out.values["label.outcome"] = np.ones(ticks, dtype=np.int64)
     out.values["label.known"] = np.zeros((ticks, HORIZON_STEPS), dtype=np.bool_)
@@ -89,9 +87,13 @@ def small_columns(
     return out
 
 
-def _mark(out: SmallColumns, stream: str, found: Match | Brackets) -> None:
-    out.values[f"valid.{stream}"] = found.valid
-    out.values[f"sync.error_s.{stream}"] = found.error_s.astype(np.float32)
+def _around(stream: TimedStream, ticks_ns: Int64[Array, " ticks"], sync: StreamSync) -> Brackets:
+    return around_ticks(sync.method, stream.time.stamps_ns, ticks_ns, sync.tolerance_s)
+
+
+def _mark(out: SmallColumns, stream: str, around: Brackets, usable: Bool[Array, " ticks"]) -> None:
+    out.values[f"valid.{stream}"] = usable
+    out.values[f"sync.error_s.{stream}"] = np.where(usable, around.error_s, 0.0).astype(np.float32)
 
 
 def _absent(out: SmallColumns, stream: str, ticks: int) -> None:
@@ -99,7 +101,7 @@ def _absent(out: SmallColumns, stream: str, ticks: int) -> None:
     out.values[f"sync.error_s.{stream}"] = np.zeros(ticks, dtype=np.float32)
 
 
-def _state(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, gap_s: float) -> None:
+def _state(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, sync: StreamSync) -> None:
     ticks = ticks_ns.size
     state: Array = np.zeros((ticks, 2))
     pose: Array = np.zeros((ticks, 6))
@@ -107,11 +109,11 @@ def _state(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStr
         _absent(out, "state", ticks)
         out.notes.append("state: no odometry; observation.state and observation.pose are 0 and not valid")
     else:
-        around = brackets(stream.time.stamps_ns, ticks_ns, gap_s)
+        around = _around(stream, ticks_ns, sync)
         finite = np.asarray(np.isfinite(stream.values).all(axis=1))
         usable = around.valid & finite[around.before] & finite[around.after]
-        around = Brackets(around.before, around.after, around.weight, np.where(usable, around.error_s, 0.0), usable)
-        _mark(out, "state", around)
+        around = Brackets(around.before, around.after, around.weight, around.error_s, usable)
+        _mark(out, "state", around, usable)
         values = np.where(finite[:, None], stream.values, 0.0)
         clean = TimedStream(stream.scan, stream.time, values)
         state = around.linear(_speeds(out, clean))
@@ -128,13 +130,14 @@ def _speeds(out: SmallColumns, stream: TimedStream) -> Float64[Array, "kept 2"]:
         return measured
     out.notes.append(f"state: every twist is 0 while the poses move {path_m:.1f} m; speeds are differences of poses")
     time_s = (stream.time.stamps_ns - stream.time.stamps_ns[0]) * 1e-9
-    yaw = np.unwrap(quaternion_to_rpy(_unit_quaternions(stream))[:, 2])
+    yaw = np.unwrap(quaternion_to_rpy(unit_quaternions(stream))[:, 2])
     velocity = np.gradient(position, time_s, axis=0)
     forward = velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw)
     return np.column_stack([forward, np.gradient(yaw, time_s)])
 
 
-def _unit_quaternions(stream: TimedStream) -> Float64[Array, "kept 4"]:
+def unit_quaternions(stream: TimedStream) -> Float64[Array, "kept 4"]:
+    """The attitudes of an odometry; one that was never set is level."""
     quaternions = stream.columns("qx", "qy", "qz", "qw")
     unset = np.linalg.norm(quaternions, axis=1) < 1e-6
     return np.where(unset[:, None], np.array([0.0, 0.0, 0.0, 1.0]), quaternions)
@@ -146,13 +149,13 @@ def motion_of(odometry: TimedStream | None, max_gap_s: float) -> Motion | None:
         return None
     finite = np.isfinite(odometry.values).all(axis=1)
     position = odometry.columns("x_m", "y_m", "z_m")[finite]
-    return Motion(odometry.time.stamps_ns[finite], position, _unit_quaternions(odometry)[finite], max_gap_s)
+    return Motion(odometry.time.stamps_ns[finite], position, unit_quaternions(odometry)[finite], max_gap_s)
 
 
 def _relative_pose(stream: TimedStream, around: Brackets) -> Float64[Array, "ticks 6"]:
     """Pose relative to the first valid tick's position and yaw; roll and pitch stay those of the odometry frame."""
     position = around.linear(stream.columns("x_m", "y_m", "z_m"))
-    quaternions = _unit_quaternions(stream)
+    quaternions = unit_quaternions(stream)
     rpy = quaternion_to_rpy(slerp(quaternions[around.before], quaternions[around.after], around.weight))
     if not around.valid.any():
         return np.zeros((around.valid.size, 6))
@@ -170,28 +173,28 @@ def _relative_pose(stream: TimedStream, around: Brackets) -> Float64[Array, "tic
     return np.where(around.valid[:, None], pose, 0.0)
 
 
-def _action(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, age_s: float) -> None:
+def _action(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, sync: StreamSync) -> None:
     if stream is None:
         _absent(out, "action", ticks_ns.size)
         out.notes.append("action: no commands; the measured speeds stand in, valid.action is false")
         out.values[ACTION_KEY] = out.values[STATE_KEY].copy()
         return
-    match = hold(stream.time.stamps_ns, ticks_ns, age_s)
-    commands = stream.columns("vx_mps", "wz_radps")[match.index]
-    usable = match.valid & np.isfinite(commands).all(axis=1)
-    _mark(out, "action", Match(match.index, match.error_s, usable))
+    around = _around(stream, ticks_ns, sync)
+    commands = around.linear(stream.columns("vx_mps", "wz_radps"))
+    usable = around.valid & np.isfinite(commands).all(axis=1)
+    _mark(out, "action", around, usable)
     out.values[ACTION_KEY] = np.where(usable[:, None], commands, out.values[STATE_KEY]).astype(np.float32)
 
 
-def _imu(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, gap_s: float) -> None:
+def _imu(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, sync: StreamSync) -> None:
     if stream is None:
         _absent(out, "imu", ticks_ns.size)
         out.values[IMU_KEY] = np.zeros((ticks_ns.size, 6), dtype=np.float32)
         return
-    around = brackets(stream.time.stamps_ns, ticks_ns, gap_s)
+    around = _around(stream, ticks_ns, sync)
     values = around.linear(stream.values)
     usable = around.valid & np.isfinite(values).all(axis=1)
-    _mark(out, "imu", Match(around.before, np.where(usable, around.error_s, 0.0), usable))
+    _mark(out, "imu", around, usable)
     out.values[IMU_KEY] = np.where(usable[:, None], values, 0.0).astype(np.float32)
 
 
@@ -200,7 +203,7 @@ def _joints(
     ticks_ns: Int64[Array, " ticks"],
     stream: TimedStream | None,
     joint_names: tuple[str, ...],
-    gap_s: float,
+    sync: StreamSync,
 ) -> Float64[Array, "ticks joints"]:
     width = 3 * len(joint_names)
     if not joint_names:
@@ -208,28 +211,28 @@ def _joints(
     if stream is None:
         _absent(out, "joints", ticks_ns.size)
         return np.zeros((ticks_ns.size, width))
-    around = brackets(stream.time.stamps_ns, ticks_ns, gap_s)
+    around = _around(stream, ticks_ns, sync)
     values = around.linear(stream.values)
     missing = ~np.asarray(np.isfinite(stream.values).any(axis=0))
     unmeasured = [name for name, absent in zip(stream.scan.columns, missing, strict=True) if absent]
     if unmeasured:
         out.notes.append(f"joints: no value was ever recorded for {', '.join(unmeasured)}; they are 0")
     usable = around.valid & np.isfinite(values[:, ~missing]).all(axis=1)
-    _mark(out, "joints", Match(around.before, np.where(usable, around.error_s, 0.0), usable))
+    _mark(out, "joints", around, usable)
     return np.where(usable[:, None] & np.isfinite(values), values, 0.0)
 
 
 def _battery(
-    out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, *, present: bool, age_s: float
+    out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, sync: StreamSync, *, present: bool
 ) -> Float64[Array, " ticks"]:
     if stream is None:
         if present:
             _absent(out, "battery", ticks_ns.size)
         return np.zeros(ticks_ns.size)
-    match = hold(stream.time.stamps_ns, ticks_ns, age_s)
-    current = stream.columns("current_a")[match.index, 0]
-    usable = match.valid & np.isfinite(current)
-    if match.valid.any() and not usable.any():
+    around = _around(stream, ticks_ns, sync)
+    current = around.linear(stream.columns("current_a"))[:, 0]
+    usable = around.valid & np.isfinite(current)
+    if around.valid.any() and not usable.any():
         out.notes.append("battery: the current was never measured (NaN); it is 0 and valid.battery is false")
-    _mark(out, "battery", Match(match.index, np.where(usable, match.error_s, 0.0), usable))
+    _mark(out, "battery", around, usable)
     return np.where(usable, current, 0.0)

@@ -1,10 +1,11 @@
 """Settings of ingest: the grid, the tolerances of each stream, the cloud, the reliabilities."""
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from navtool.datasets.ingest.clock import Clock
+from navtool.datasets.sync import Method
 from navtool.pipeline.cloud_reliability import CloudReliabilityConfig
 from navtool.pipeline.image_reliability import ImageReliabilityConfig
 
@@ -19,58 +20,71 @@ class Merge(StrEnum):
 
 
 @dataclass(kw_only=True, slots=True)
-class SyncConfig:
-    """How far from a tick a sample may lie and still serve it, in seconds."""
+class StreamClock:
+    """Which time of a stream's messages counts."""
 
-    image_tolerance_s: float = 0.06
-    """Nearest frame; a camera at the grid's own rate is at most half a period away."""
-    lidar_tolerance_s: float = 0.06
-    """Nearest cloud, by the stamp of its header."""
-    state_max_gap_s: float = 0.25
-    """Odometry is interpolated between two samples that are no further apart than this."""
-    imu_max_gap_s: float = 0.1
-    """The IMU likewise."""
-    joints_max_gap_s: float = 0.1
-    """Joint states likewise."""
-    battery_max_age_s: float = 5.0
-    """The newest battery state holds for this long."""
-    command_max_age_s: float = 0.5
-    """The newest command holds for this long."""
+    clock: Clock = Clock.auto
+    """auto, header or record."""
+
+
+@dataclass(kw_only=True, slots=True)
+class StreamSync(StreamClock):
+    """How a stream is brought onto the grid."""
+
+    method: Method
+    """nearest, hold or linear; frames and clouds are never mixed, so for them not linear."""
+    tolerance_s: float
+    """nearest: how far from the tick; hold: how old; linear: how far apart the two around it. In (0, 60] seconds."""
+
+
+@dataclass(kw_only=True, slots=True)
+class SyncConfig:
+    """The policy of time: each stream's clock, method and tolerance."""
+
+    image: StreamSync = field(default_factory=lambda: StreamSync(method=Method.nearest, tolerance_s=0.06))
+    """Camera frames; at the grid's own rate a frame is at most half a period away."""
+    lidar: StreamSync = field(default_factory=lambda: StreamSync(method=Method.nearest, tolerance_s=0.06))
+    """Clouds, by the stamp of their header."""
+    odometry: StreamSync = field(default_factory=lambda: StreamSync(method=Method.linear, tolerance_s=0.25))
+    """Speeds and poses; attitudes along the shortest turn (slerp)."""
+    imu: StreamSync = field(default_factory=lambda: StreamSync(method=Method.linear, tolerance_s=0.1))
+    """Accelerations and turning rates."""
+    joints: StreamSync = field(default_factory=lambda: StreamSync(method=Method.linear, tolerance_s=0.1))
+    """Joint states."""
+    battery: StreamSync = field(default_factory=lambda: StreamSync(method=Method.hold, tolerance_s=5.0))
+    """Battery current."""
+    command: StreamSync = field(default_factory=lambda: StreamSync(method=Method.hold, tolerance_s=0.5))
+    """Commanded velocities."""
+    intervention: StreamClock = field(default_factory=StreamClock)
+    """The operator's flag; it stays at its own rate."""
     clock_step_s: float = 0.5
     """Steps of a header clock beyond this are taken out: behind them, time goes on at the pace of record."""
 
     def __post_init__(self) -> None:
-        for entry in fields(self):
-            value: float = getattr(self, entry.name)
+        seconds = {"clock_step_s": self.clock_step_s}
+        seconds |= {f"{name}.tolerance_s": stream.tolerance_s for name, stream in self.gridded().items()}
+        for name, value in seconds.items():
             if not (math.isfinite(value) and 0 < value <= 60):
-                raise ValueError(f"sync.{entry.name} = {value} s is outside (0, 60] s")
+                raise ValueError(f"sync.{name} = {value} s is outside (0, 60] s")
+        for name in ("image", "lidar"):
+            if self.gridded()[name].method is Method.linear:
+                raise ValueError(f"sync.{name}.method = linear: frames and clouds are not mixed; use nearest or hold")
 
+    def gridded(self) -> dict[str, StreamSync]:
+        """The streams that are brought onto the grid, by name."""
+        return {
+            "image": self.image,
+            "lidar": self.lidar,
+            "odometry": self.odometry,
+            "imu": self.imu,
+            "joints": self.joints,
+            "battery": self.battery,
+            "command": self.command,
+        }
 
-@dataclass(kw_only=True, slots=True)
-class ClockConfig:
-    """Which time of its messages counts, per stream: auto, header or record."""
-
-    image: Clock = Clock.auto
-    """Camera frames."""
-    lidar: Clock = Clock.auto
-    """Clouds."""
-    odometry: Clock = Clock.auto
-    """Odometry."""
-    imu: Clock = Clock.auto
-    """IMU."""
-    joints: Clock = Clock.auto
-    """Joint states."""
-    battery: Clock = Clock.auto
-    """Battery."""
-    command: Clock = Clock.auto
-    """Commanded velocities."""
-    intervention: Clock = Clock.auto
-    """The operator's flag."""
-
-    def of(self, stream: str) -> Clock:
-        """The choice for a stream."""
-        choice: Clock = getattr(self, stream)
-        return choice
+    def clock_of(self, stream: str) -> Clock:
+        """Which time of a stream counts."""
+        return self.intervention.clock if stream == "intervention" else self.gridded()[stream].clock
 
 
 @dataclass(kw_only=True, slots=True)
@@ -86,9 +100,7 @@ class IngestConfig:
     voxel_m: float = 0.05
     """Edge of the voxels by which a cloud is thinned before points are drawn at random, in metres; 0 turns it off."""
     sync: SyncConfig = field(default_factory=SyncConfig)
-    """Tolerances."""
-    clock: ClockConfig = field(default_factory=ClockConfig)
-    """Header stamps or times of record."""
+    """Which time counts, and how each stream is brought onto the grid."""
     deskew: bool = False
     """Whether a row's points are moved to where they were at the cloud's stamp, by odometry and their own times."""
     image_reliability: ImageReliabilityConfig = field(default_factory=ImageReliabilityConfig)

@@ -9,18 +9,21 @@ from jaxtyping import Int64
 
 from navtool.datasets.calibration import Calibration, calibrate
 from navtool.datasets.errors import DatasetsError
+from navtool.datasets.gravity import odd_gravity
+from navtool.datasets.ingest.align import in_base_axes
 from navtool.datasets.ingest.clock import StreamTime
 from navtool.datasets.ingest.clocks import Clocks
 from navtool.datasets.ingest.columns import Column, TimedStream, motion_of, small_columns
-from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.config import IngestConfig, StreamSync
 from navtool.datasets.ingest.motion import Motion
 from navtool.datasets.ingest.scan import LARGE, Scan, StreamScan, scan_recording
 from navtool.datasets.ingest.sidecar import write_streams
 from navtool.datasets.ingest.sync_report import sync_report
+from navtool.datasets.recorded_geometry import RecordedGeometry, latest_transforms
 from navtool.datasets.recording import Recording
 from navtool.datasets.robot import RobotConfig
 from navtool.datasets.schema import Contents
-from navtool.datasets.sync import Match, grid_ticks, nearest
+from navtool.datasets.sync import Match, choose, grid_ticks, nearest
 from navtool.datasets.topic_map import TopicMap, resolve_topic_map
 from navtool.pipeline.arrays import Array
 
@@ -93,11 +96,21 @@ def plan_episode(
     grid_stream, times, ticks = _grid(recording, topics, scan, clocks, config.fps)
     found = _contents(scan)
     contents = fixed or found
-    small = {name: TimedStream.of(stream, times[name]) for name, stream in scan.streams.items() if name not in LARGE}
+    transforms, changed = latest_transforms(scan.transforms)
+    calibration = calibrate(
+        robot,
+        RecordedGeometry(
+            {name: stream.frame_id for name, stream in scan.streams.items()}, transforms, scan.camera_info
+        ),
+        image_topic=topics.image,
+        native_size=scan.streams["image"].native_size if "image" in scan.streams else None,
+    )
+    recorded = {name: TimedStream.of(stream, times[name]) for name, stream in scan.streams.items() if name not in LARGE}
+    small = in_base_axes(recorded, calibration)
     columns = small_columns(ticks, small, contents, config.sync, robot.battery_current_sign)
     large = {
-        name: _large(scan.streams[name], times[name], ticks, tolerance)
-        for name, tolerance in (("image", config.sync.image_tolerance_s), ("lidar", config.sync.lidar_tolerance_s))
+        name: _large(scan.streams[name], times[name], ticks, config.sync.gridded()[name])
+        for name in LARGE
         if name in scan.streams and getattr(contents, name)
     }
     for name in LARGE:
@@ -105,22 +118,17 @@ def plan_episode(
             match = large[name].match if name in large else nearest(np.array([], dtype=np.int64), ticks, 1.0)
             columns.values[f"valid.{name}"] = match.valid.copy()
             columns.values[f"sync.error_s.{name}"] = match.error_s.astype(np.float32)
-    calibration = calibrate(
-        robot,
-        scan.transforms,
-        scan.camera_info,
-        image_topic=topics.image,
-        native_size=scan.streams["image"].native_size if "image" in scan.streams else None,
-        frames={name: stream.frame_id for name, stream in scan.streams.items()},
-    )
     if streams_to is not None:
-        write_streams(streams_to, small, calibration.base_imu)
+        write_streams(streams_to, small)
     notes = [
         *(f"recovered: {fault}" for fault in recording.faults),
         *topics.notes,
         *columns.notes,
         *_calibration_notes(scan, calibration),
+        *(f"tf_static: {pair} was published with different values; the last one counts" for pair in changed),
     ]
+    if "imu" in small and (odd := odd_gravity(small["imu"].columns("ax_mps2", "ay_mps2", "az_mps2"))):
+        notes.append(f"imu: {odd}")
     notes += [
         f"{name}: not one of {stream.undecodable} messages on {stream.topic} can be decoded: {stream.first_fault}"
         for name, stream in scan.unreadable.items()
@@ -134,7 +142,7 @@ def plan_episode(
         ticks_ns=ticks,
         columns=columns.values,
         large=large,
-        motion=motion_of(small.get("odometry"), config.sync.state_max_gap_s) if config.deskew else None,
+        motion=motion_of(small.get("odometry"), config.sync.odometry.tolerance_s) if config.deskew else None,
         calibration=calibration,
         recording_start_ns=clocks.on_clock_of(grid_stream, recording.start_ns),
         sync_report=sync_report(scan, clocks, times, grid_stream, ticks, columns.values, config.sync),
@@ -203,8 +211,8 @@ def _contents(scan: Scan) -> Contents:
     )
 
 
-def _large(stream: StreamScan, time: StreamTime, ticks: Int64[Array, " ticks"], tolerance_s: float) -> LargeStream:
-    match = nearest(time.stamps_ns, ticks, tolerance_s)
+def _large(stream: StreamScan, time: StreamTime, ticks: Int64[Array, " ticks"], sync: StreamSync) -> LargeStream:
+    match = choose(sync.method, time.stamps_ns, ticks, sync.tolerance_s)
     ticks_of: dict[int, list[int]] = {}
     for tick in np.flatnonzero(match.valid).tolist():
         ticks_of.setdefault(int(time.order[match.index[tick]]), []).append(tick)
@@ -220,8 +228,10 @@ def _calibration_notes(scan: Scan, calibration: Calibration) -> list[str]:
         ("image", calibration.base_camera),
         ("lidar", calibration.base_lidar),
         ("imu", calibration.base_imu),
+        ("odometry", calibration.base_odometry),
     ):
-        if sensor in scan.streams and pose is None:
+        stated = sensor != "odometry" or bool(scan.streams[sensor].frame_id) if sensor in scan.streams else False
+        if stated and pose is None:
             frame = scan.streams[sensor].frame_id or "(none)"
             kept = "its pose stays unknown" if sensor == "image" else "its axes are taken for the base frame's"
             notes.append(f"{sensor}: no transform from the base frame to {frame} and no mounting configured; {kept}")

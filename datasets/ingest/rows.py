@@ -72,9 +72,9 @@ def rows_of(sample: object, stream: str, joint_names: tuple[str, ...], joy: JoyC
         case FloatSample():
             return StreamRows(sample.stamp_ns, "", BATTERY_COLUMNS, (sample.value, np.nan, np.nan))
         case PoseSample():
-            # No velocity is measured: speeds become differences of poses.
+            # No velocity is measured: speeds become differences of poses. Whose pose it is the message does not say.
             values = (*_flat(sample.position, sample.orientation), *(0.0,) * 6)
-            return StreamRows(sample.stamp_ns, sample.frame_id, ODOMETRY_COLUMNS, values)
+            return StreamRows(sample.stamp_ns, "", ODOMETRY_COLUMNS, values)
         case OdometrySample():
             values = _flat(sample.position, sample.orientation, sample.linear, sample.angular)
             # The twist is in the child frame: that is the frame in which speeds are meant.

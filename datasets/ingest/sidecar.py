@@ -7,13 +7,11 @@ from types import TracebackType
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from jaxtyping import Float64, Shaped
+from jaxtyping import Shaped
 
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.ingest.columns import TimedStream
-from navtool.datasets.ingest.rows import IMU_COLUMNS
 from navtool.pipeline.arrays import Array
-from navtool.pipeline.geometry.transforms import apply_transform
 
 CLOUDS_PER_GROUP = 16
 CLOUD_SCHEMA = pa.schema(
@@ -96,33 +94,16 @@ def _blobs(parts: Sequence[Shaped[Array, "..."] | None], dtype: str) -> pa.Binar
     )
 
 
-def write_streams(folder: Path, streams: Mapping[str, TimedStream], base_imu: Float64[Array, "4 4"] | None) -> None:
-    """Write each small stream with its true stamps, one file a stream, in the order of time.
-
-    Values stay as recorded, NaN included; only the IMU is turned into the base frame's axes where its pose is known.
-    """
+def write_streams(folder: Path, streams: Mapping[str, TimedStream]) -> None:
+    """Write each small stream with its true stamps, one file a stream, in the order of time; NaN stays NaN."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, stream in streams.items():
-        values = in_base_axes(stream, base_imu).values if name == "imu" else stream.values
         record_ns = np.array(stream.scan.record_ns, dtype=np.int64)[stream.time.order]
         table = pa.table(
             {
                 "stamp_ns": stream.time.stamps_ns,
                 "record_ns": record_ns,
-                **{column: values[:, place] for place, column in enumerate(stream.scan.columns)},
+                **{column: stream.values[:, place] for place, column in enumerate(stream.scan.columns)},
             }
         )
         pq.write_table(table, folder / f"{name}.parquet", compression="zstd")
-
-
-def in_base_axes(imu: TimedStream, base_imu: Float64[Array, "4 4"] | None) -> TimedStream:
-    """The IMU's accelerations and angular velocities in the base frame's axes; as recorded without a pose.
-
-    Only turned, not moved: a lever arm's accelerations stay in.
-    """
-    if base_imu is None or imu.scan.columns != IMU_COLUMNS:
-        return imu
-    turn = base_imu.copy()
-    turn[:3, 3] = 0.0
-    turned = np.hstack([apply_transform(turn, imu.values[:, :3]), apply_transform(turn, imu.values[:, 3:])])
-    return TimedStream(imu.scan, imu.time, turned)

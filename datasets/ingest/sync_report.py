@@ -1,15 +1,14 @@
 """What sync did with every stream: which clock, how regular, how far from the ticks, what is missing and where."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from jaxtyping import Float64, Int64
 
 from navtool.datasets.ingest.clock import Jump, StreamTime
 from navtool.datasets.ingest.clocks import Clocks
 from navtool.datasets.ingest.columns import Column
-from navtool.datasets.ingest.config import SyncConfig
+from navtool.datasets.ingest.config import StreamSync, SyncConfig
 from navtool.datasets.ingest.scan import Scan
+from navtool.datasets.sync import Method
 from navtool.pipeline.arrays import Array
 
 GAPS_SHOWN = 20
@@ -20,23 +19,8 @@ LATE_S = 1.0
 _DRIFT_LEAST_S = 20.0
 
 
-@dataclass(frozen=True, slots=True)
-class _Method:
-    name: str
-    setting: str | None
-    column: str | None
-
-
-_METHODS = {
-    "image": _Method("nearest", "image_tolerance_s", "image"),
-    "lidar": _Method("nearest", "lidar_tolerance_s", "lidar"),
-    "odometry": _Method("linear; slerp for the attitude", "state_max_gap_s", "state"),
-    "imu": _Method("linear", "imu_max_gap_s", "imu"),
-    "joints": _Method("linear", "joints_max_gap_s", "joints"),
-    "battery": _Method("hold", "battery_max_age_s", "battery"),
-    "command": _Method("hold", "command_max_age_s", "action"),
-    "intervention": _Method("kept at its own rate", None, None),
-}
+_COLUMN = {"odometry": "state", "command": "action", "intervention": None}
+"""Under which name a stream's rows stand in the data set, where it is not its own; None where it has none."""
 
 
 def sync_report(
@@ -54,16 +38,16 @@ def sync_report(
     """
     streams = {}
     for name, time in times.items():
-        method = _METHODS[name]
-        valid = columns.get(f"valid.{method.column}")
-        errors = np.abs(columns[f"sync.error_s.{method.column}"][valid]) if valid is not None else np.zeros(0)
+        sync, column = config.gridded().get(name), _COLUMN.get(name, name)
+        valid = columns.get(f"valid.{column}")
+        errors = np.abs(columns[f"sync.error_s.{column}"][valid]) if valid is not None else np.zeros(0)
         header_ns, record_ns = clocks.header_ns[name], clocks.record_ns[name]
         streams[name] = {
             "topic": scan.streams[name].topic,
             "messages": len(record_ns),
             "clock": time.source,
-            "method": method.name,
-            "tolerance_s": None if method.setting is None else getattr(config, method.setting),
+            "method": _method(name, sync),
+            "tolerance_s": None if sync is None else sync.tolerance_s,
             **_intervals(time.stamps_ns, int(ticks[0])),
             **_against_record(header_ns, record_ns),
             "backwards": time.backwards,
@@ -91,6 +75,13 @@ def stream_notes(report: dict[str, object]) -> list[str]:
     if not isinstance(streams, dict):
         raise TypeError("a sync report has streams")
     return [f"{name}: {note}" for name, stream in streams.items() for note in stream["notes"]]
+
+
+def _method(name: str, sync: StreamSync | None) -> str:
+    if sync is None:
+        return "kept at its own rate"
+    slerp = name == "odometry" and sync.method is Method.linear
+    return f"{sync.method}; slerp for the attitude" if slerp else str(sync.method)
 
 
 def _intervals(stamps_ns: Int64[Array, " n"], start_ns: int) -> dict[str, object]:

@@ -58,9 +58,9 @@ def test_completion_is_shown_to_the_shell_that_asks() -> None:
     assert "_NAVTOOL_COMPLETE" in shown.stdout
 
 
-@pytest.mark.parametrize(("command", "key"), [("ingest", "image_tolerance_s"), ("label", "max_deviation_m")])
+@pytest.mark.parametrize(("command", "key"), [("ingest", "image.tolerance_s"), ("label", "max_deviation_m")])
 def test_the_configuration_is_printed_with_its_overrides(navtool: Callable[..., Any], command: str, key: str) -> None:
-    override = {"ingest": "sync.image_tolerance_s=0.02", "label": "max_deviation_m=0.5"}[command]
+    override = {"ingest": "sync.image.tolerance_s=0.02", "label": "max_deviation_m=0.5"}[command]
     shown = navtool(command, override, "--cfg", "job")
     assert shown.code == 0
     content = yaml.safe_load(shown.out)
@@ -93,10 +93,10 @@ def test_reading_and_ingesting_load_no_torch(command: str) -> None:
 def test_paths_and_overrides_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "odd=name.bag").touch()
-    given = ["a.bag", "fps=5", "odd=name.bag", "sync.image_tolerance_s=0.1", "+new=1", "/data/x.mcap", "robot=husky"]
+    given = ["a.bag", "fps=5", "odd=name.bag", "sync.image.tolerance_s=0.1", "+new=1", "/data/x.mcap", "robot=husky"]
     paths, overrides = split_overrides(given)
     assert paths == ["a.bag", "odd=name.bag", "/data/x.mcap"]
-    assert overrides == ["fps=5", "sync.image_tolerance_s=0.1", "+new=1", "robot=husky"]
+    assert overrides == ["fps=5", "sync.image.tolerance_s=0.1", "+new=1", "robot=husky"]
 
 
 def test_bad_input_gets_one_error_and_an_exit_code(

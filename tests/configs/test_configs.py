@@ -58,7 +58,7 @@ def test_the_papers_settings_are_the_defaults() -> None:
         (["fbs=5"], "fbs"),
         (["fps=many"], "many"),
         (["fps=0"], "fps = 0 Hz"),
-        (["sync.image_tolerance_s=-1"], "image_tolerance_s"),
+        (["sync.image.tolerance_s=-1"], "image.tolerance_s"),
         (["robot.base_height_m=90"], "base_height_m"),
         (["robot=unknown"], "husky"),
         (["fps"], "fps"),

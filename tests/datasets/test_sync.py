@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from navtool.datasets.sync import brackets, grid_ticks, hold, nearest
+from navtool.datasets.sync import Method, around_ticks, brackets, choose, grid_ticks, hold, nearest
 
 stamps = st.lists(st.integers(0, 5_000_000_000), min_size=1, max_size=60, unique=True).map(
     lambda values: np.array(sorted(values), dtype=np.int64)
@@ -69,6 +69,25 @@ def test_linear_interpolation_reproduces_a_line(
     assert (ticks[around.valid] <= samples[-1]).all()
     gaps = samples[around.after] - samples[around.before]
     assert (gaps[around.valid] <= round(max_gap_s * 1e9)).all()
+
+
+@given(stamps, tick_lists, st.floats(0.0, 2.0), st.sampled_from(Method))
+def test_values_come_from_the_samples_that_the_method_names(
+    samples: np.ndarray[tuple[int], np.dtype[np.int64]],
+    ticks: np.ndarray[tuple[int], np.dtype[np.int64]],
+    tolerance_s: float,
+    method: Method,
+) -> None:
+    values = np.sin(samples.astype(np.float64))
+    around = around_ticks(method, samples, ticks, tolerance_s)
+    given = around.linear(values)
+    if method is Method.linear:
+        np.testing.assert_array_equal(given, brackets(samples, ticks, tolerance_s).linear(values))
+        return
+    match = choose(method, samples, ticks, tolerance_s)
+    np.testing.assert_array_equal(around.valid, match.valid)
+    np.testing.assert_array_equal(around.error_s, match.error_s)
+    np.testing.assert_array_equal(given, np.where(match.valid, values[match.index], 0.0))
 
 
 def test_empty_streams_match_nothing() -> None:

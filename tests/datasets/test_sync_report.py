@@ -10,10 +10,11 @@ import pytest
 
 from navtool.datasets.files import read_json
 from navtool.datasets.ingest.clock import Clock
-from navtool.datasets.ingest.config import ClockConfig, IngestConfig
+from navtool.datasets.ingest.config import IngestConfig, StreamSync, SyncConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.reader import NavDataset
 from navtool.datasets.robot import RobotConfig
+from navtool.datasets.sync import Method
 
 Write = Callable[..., Path]
 Drive = Callable[..., list[Any]]
@@ -93,13 +94,38 @@ def test_a_stepping_clock_loses_no_row(write_recording: Write, drive_entries: Dr
 
 def test_the_clock_of_a_stream_can_be_set(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
     path = write_recording("mcap", drive_entries())
-    config = IngestConfig(clock=ClockConfig(odometry=Clock.record))
+    odometry = StreamSync(clock=Clock.record, method=Method.linear, tolerance_s=0.25)
+    config = IngestConfig(sync=SyncConfig(odometry=odometry))
     streams = _report(path, tmp_path / "out", config)["streams"]
     assert streams["odometry"]["clock"] == "record"
     assert "record time, as set" in streams["odometry"]["notes"][0]
     assert streams["imu"]["clock"] == "header"
-    refused = ingest([path], tmp_path / "no", RobotConfig(), IngestConfig(clock=ClockConfig(command=Clock.header)))
+    command = StreamSync(clock=Clock.header, method=Method.hold, tolerance_s=0.5)
+    refused = ingest([path], tmp_path / "no", RobotConfig(), IngestConfig(sync=SyncConfig(command=command)))
     assert "command: no message has a header stamp" in refused.quarantined[0].reason
+
+
+def test_the_method_of_a_stream_can_be_set(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
+    path = write_recording("mcap", drive_entries(4.0))
+    held = StreamSync(method=Method.hold, tolerance_s=0.2)
+    config = IngestConfig(sync=SyncConfig(image=held, joints=held, odometry=held))
+    streams = _report(path, tmp_path / "held", config)["streams"]
+    assert [streams[name]["method"] for name in ("image", "joints", "odometry")] == ["hold", "hold", "hold"]
+    assert [streams[name]["tolerance_s"] for name in ("image", "joints", "odometry")] == [0.2, 0.2, 0.2]
+    dataset = NavDataset(tmp_path / "held")
+    for name in ("image", "joints", "state"):
+        valid, error_s = dataset.column(f"valid.{name}"), dataset.column(f"sync.error_s.{name}")
+        assert valid.sum() > 30
+        assert (error_s[valid] <= 0).all(), "nothing of the future"
+    ticks = dataset.column("observation.timestamp_ns")
+    joints = dataset.stream(0, "joints")
+    assert joints is not None
+    newest = np.searchsorted(joints["stamp_ns"], ticks, side="right") - 1
+    np.testing.assert_allclose(
+        dataset.column("observation.proprioception")[:, 1], joints["position.front_right"][newest], rtol=1e-6
+    )
+    with pytest.raises(ValueError, match="frames and clouds are not mixed"):
+        SyncConfig(lidar=StreamSync(method=Method.linear, tolerance_s=0.1))
 
 
 def test_motion_is_taken_out_of_clouds_with_point_times(
