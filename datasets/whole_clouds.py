@@ -49,7 +49,7 @@ def _cloud(row: dict[str, Any]) -> WholeCloud:
         stamp_ns=row["stamp_ns"],
         record_ns=row["record_ns"],
         frame_index=row["frame_index"],
-        xyz=np.frombuffer(row["xyz_m"], "<f4").reshape(-1, 3),
+        xyz=np.frombuffer(row["xyz_m"], "<f4").reshape(3, -1).T,
         intensity=_array(row["intensity"], "<f4"),
         ring=_array(row["ring"], "<u2"),
         time_s=_array(row["time_s"], "<f4"),

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float32, Int64, Integer
+from numpy.lib.stride_tricks import sliding_window_view
 
 from navtool.pipeline.arrays import Array
 
@@ -12,6 +13,8 @@ _AZIMUTH_CELLS = 720
 _RING_STEP_RAD = np.radians(1.3)
 _WINDOW_ROWS = 2
 _WINDOW_COLUMNS = 6
+_FAR_M = 1e18
+"""Where the points of empty cells are put: out of everyone's reach, and their squares are still numbers."""
 
 
 class Neighbourhoods(NamedTuple):
@@ -20,7 +23,7 @@ class Neighbourhoods(NamedTuple):
     centre: Int64[Array, " m"]
     """Index of each chosen point in the cloud."""
     difference: Float32[Array, "3 m k"]
-    """Neighbour minus centre in metres, x, y and z apart; 0 where there is no neighbour."""
+    """Neighbour minus centre in metres, x, y and z apart; 0 for the centre itself and where there is no neighbour."""
     size: Int64[Array, " m"]
     """Number of neighbours of each."""
 
@@ -44,19 +47,29 @@ def ring_neighbourhoods(
     x, y, z = columns
     number = ring.astype(np.int64)
     row_of_ring, rows = _rows(number, z, np.sqrt(x * x + y * y))
-    column = ((np.arctan2(y, x) + np.float32(np.pi)) * np.float32(_AZIMUTH_CELLS / (2 * np.pi))).astype(np.int64)
+    turn = (np.arctan2(y, x) + np.float32(np.pi)) * np.float32(_AZIMUTH_CELLS / (2 * np.pi))
+    column = np.minimum(turn.astype(np.int64), _AZIMUTH_CELLS - 1)
     # A border around the cells, which repeats them across the azimuth's seam, and a last row for the rings left out.
     width = _AZIMUTH_CELLS + 2 * _WINDOW_COLUMNS
-    grid = np.full((rows + 2 * _WINDOW_ROWS + 1, width), -1, np.int64)
-    flat = grid.reshape(-1)
-    flat[row_of_ring[number] * width + np.minimum(column, _AZIMUTH_CELLS - 1) + _WINDOW_COLUMNS] = np.arange(len(x))
-    inner = grid[:-1, _WINDOW_COLUMNS:-_WINDOW_COLUMNS].copy()
-    grid[:-1, :_WINDOW_COLUMNS] = inner[:, -_WINDOW_COLUMNS:]
-    grid[:-1, -_WINDOW_COLUMNS:] = inner[:, :_WINDOW_COLUMNS]
+    index = np.full((rows + 2 * _WINDOW_ROWS + 1, width), -1, np.int64)
+    index.reshape(-1)[row_of_ring[number] * width + column + _WINDOW_COLUMNS] = np.arange(len(x))
+    inner = index[:-1, _WINDOW_COLUMNS:-_WINDOW_COLUMNS].copy()
+    index[:-1, :_WINDOW_COLUMNS] = inner[:, -_WINDOW_COLUMNS:]
+    index[:-1, -_WINDOW_COLUMNS:] = inner[:, :_WINDOW_COLUMNS]
     filled = np.flatnonzero(inner.reshape(-1) >= 0)
     filled = filled[:: _stride(len(filled), max_points)]
-    at = filled + (2 * (filled // _AZIMUTH_CELLS) + 1) * _WINDOW_COLUMNS
-    return _differences(columns, flat[at], flat.take(at[:, None] + _window(width)), reach)
+    at_row, at_column = filled // _AZIMUTH_CELLS, filled % _AZIMUTH_CELLS
+    # Coordinates on the grid: a window is then a few short runs of numbers, not a search for each of its points.
+    grids = np.append(columns, np.full((3, 1), _FAR_M, np.float32), axis=1).take(index, axis=1)
+    windows = sliding_window_view(grids, (2 * _WINDOW_ROWS + 1, 2 * _WINDOW_COLUMNS + 1), axis=(1, 2))
+    around = windows[:, at_row - _WINDOW_ROWS, at_column].reshape(3, len(filled), -1)
+    centre = inner[at_row, at_column]
+    middle = columns[:, centre]
+    around -= middle[:, :, None]
+    limit = reach * reach * np.einsum("im,im->m", middle, middle)
+    near = np.einsum("imk,imk->mk", around, around) <= limit[:, None]
+    around *= near
+    return Neighbourhoods(centre, around, np.count_nonzero(near, axis=1) - 1)
 
 
 def nearest_neighbourhoods(columns: Float32[Array, "3 n"], neighbours: int, max_points: int) -> Neighbourhoods:
@@ -67,7 +80,8 @@ def nearest_neighbourhoods(columns: Float32[Array, "3 n"], neighbours: int, max_
     count = points.shape[0]
     centre = np.arange(0, count, max(1, -(-count // max_points)))
     _, around = cKDTree(points, balanced_tree=False, compact_nodes=False).query(points[centre], k=neighbours + 1)
-    return _differences(columns, centre, np.asarray(around), None)
+    difference = columns.take(np.asarray(around), axis=1) - columns[:, centre, None]
+    return Neighbourhoods(centre, difference, np.count_nonzero(around != centre[:, None], axis=1))
 
 
 def _rows(
@@ -93,25 +107,3 @@ def _stride(count: int, most: int) -> int:
     while math.gcd(stride, _AZIMUTH_CELLS) > 1:
         stride += 1
     return stride
-
-
-def _window(width: int) -> Int64[Array, " k"]:
-    """The offsets of a window's cells from its centre in a flat grid of that width."""
-    rows = np.arange(-_WINDOW_ROWS, _WINDOW_ROWS + 1)[:, None]
-    offsets = (rows * width + np.arange(-_WINDOW_COLUMNS, _WINDOW_COLUMNS + 1)).reshape(-1)
-    return np.asarray(offsets[offsets != 0])
-
-
-def _differences(
-    columns: Float32[Array, "3 n"], centre: Int64[Array, " m"], around: Int64[Array, "m k"], reach: float | None
-) -> Neighbourhoods:
-    """The differences to the points `around` (-1: none), of those within `reach` times the centre's distance."""
-    middle = columns[:, centre]
-    difference = columns.take(around, axis=1)
-    difference -= middle[:, :, None]
-    near = (around >= 0) & (around != centre[:, None])
-    if reach is not None:
-        limit = reach * reach * np.einsum("im,im->m", middle, middle)
-        near &= np.einsum("imk,imk->mk", difference, difference) <= limit[:, None]
-    difference *= near
-    return Neighbourhoods(centre, difference, np.count_nonzero(near, axis=1))

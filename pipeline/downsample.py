@@ -131,8 +131,9 @@ class _VoxelGrid:
 
     def _start(self, voxel: Int64[Array, " n"]) -> Int64[Array, " n"]:
         """Where the numbering of the voxel's places begins."""
-        mixed = _mix(voxel.astype(np.uint64) + self._start_salt)
-        start: Array = (mixed >> np.uint64(1)).astype(np.int64) % self._places
+        mixed = _mix(voxel.astype(np.uint64) + self._start_salt) >> np.uint64(1)
+        # NumPy divides several numbers at a time, but takes remainders one by one.
+        start: Array = (mixed - mixed // np.uint64(self._places) * np.uint64(self._places)).astype(np.int64)
         return start
 
 

@@ -12,6 +12,7 @@ from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.ingest.segment import Segment, SegmentResult, points_part, video_part
 from navtool.datasets.ingest.stats import CloudStats, ImageStats, Stats, column_stats
 from navtool.datasets.ingest.video import join_videos
+from navtool.datasets.rewrite import rewrite_columns
 from navtool.datasets.schema import (
     CLOUD_RELIABILITY_KEYS,
     CLOUD_SIZE,
@@ -19,7 +20,10 @@ from navtool.datasets.schema import (
     IMAGE_KEY,
     IMAGE_RELIABILITY_KEYS,
     POINTS_KEY,
+    Contents,
     Feature,
+    arrow_schema,
+    features_of,
 )
 
 
@@ -104,6 +108,22 @@ def join_segments(
             folder.stats[key] = clouds.result()
         elif feature.dtype != "string":
             folder.stats[key] = column_stats(plan.columns[key])
+
+
+def renumber(folder: EpisodeFolder, numbering: Numbering, contents: Contents) -> None:
+    """Move a staged episode to another place in the data set; nothing is done where it has that place already."""
+    if folder.numbering == numbering:
+        return
+    first = numbering.index_from
+    counters = {
+        "index": np.arange(first, first + folder.rows, dtype=np.int64),
+        "episode_index": np.full(folder.rows, numbering.episode_index, dtype=np.int64),
+    }
+    moved = folder.data.with_suffix(".moved")
+    rewrite_columns(folder.data, moved, arrow_schema(features_of(contents)), counters)
+    moved.replace(folder.data)
+    folder.stats |= {key: column_stats(values) for key, values in counters.items()}
+    folder.numbering = numbering
 
 
 def discard(folder: Path) -> None:

@@ -12,13 +12,21 @@ from typing import Any, Protocol, runtime_checkable
 
 from navtool.datasets.errors import DatasetsError, OutputError
 from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.ingest.episode import discard
+from navtool.datasets.ingest.episode import Numbering, discard
 from navtool.datasets.ingest.natural import expand
-from navtool.datasets.ingest.plan import source_name
+from navtool.datasets.ingest.plan import EpisodePlan, source_name
 from navtool.datasets.ingest.report import EpisodeSummary, IngestReport, Quarantined
 from navtool.datasets.ingest.segment import Segment, SegmentResult, cut_segments
 from navtool.datasets.ingest.settings import refuse_other_contents, refuse_other_settings, settings_hash
-from navtool.datasets.ingest.steps import Planned, add_episode, plan_step, segment_step, summary_of
+from navtool.datasets.ingest.steps import (
+    Joined,
+    Planned,
+    add_episode,
+    join_step,
+    plan_step,
+    segment_step,
+    summary_of,
+)
 from navtool.datasets.ingest.store import Store, open_store
 from navtool.datasets.ingest.workers import Workers, make_workers, outcome
 from navtool.datasets.robot import RobotConfig
@@ -134,21 +142,30 @@ class _Recording:
     fixed: Contents | None
     """The contents that it was planned for."""
     planning: Future[Planned]
+    written: bool
+    """Whether an episode is to be written of it; not in a dry run."""
     plan: Planned | None = None
     segments: list[Segment] = field(default_factory=list)
     reading: list[Future[SegmentResult]] = field(default_factory=list)
+    joining: Future[Joined] | None = None
     failed: DatasetsError | None = None
 
     @property
     def futures(self) -> list[Future[Any]]:
         """What is still to be waited for."""
-        every: list[Future[Any]] = [self.planning, *self.reading]
+        every: list[Future[Any]] = [self.planning, *self.reading, *([] if self.joining is None else [self.joining])]
         return [future for future in every if not future.done()]
 
     @property
+    def to_join(self) -> EpisodePlan | None:
+        """The plan of an episode that is read and not joined yet."""
+        ready = self.written and self.failed is None and self.joining is None and not self.futures
+        return self.plan.plan if ready and self.plan is not None else None
+
+    @property
     def finished(self) -> bool:
-        """Whether nothing more is to be waited for."""
-        return not self.futures and (self.failed is not None or self.plan is not None)
+        """Whether nothing more is to be done before it is concluded."""
+        return not self.futures and (self.failed is not None or (self.plan is not None and self.to_join is None))
 
 
 class _Line:
@@ -177,8 +194,8 @@ class _Line:
             while self._waiting and len(self._under_way) < self._ahead and self._may_begin():
                 self._under_way.append(self._begin(*self._waiting.popleft()))
             self._hands.wait([future for entry in self._under_way for future in entry.futures])
-            for entry in self._under_way:
-                self._proceed(entry)
+            for place, entry in enumerate(self._under_way):
+                self._proceed(entry, place)
             while self._under_way and self._under_way[0].finished:
                 self._conclude(self._under_way.popleft())
 
@@ -200,32 +217,35 @@ class _Line:
         staged = None if self._store is None else self._staged(number)
         known = frozenset(sha for sha, settings in self._known.items() if settings == self._job.settings_hash)
         planning = self._hands.submit(plan_step, path, self._job.robot, self._job.config, fixed, known, staged)
-        return _Recording(number, path, fixed, planning)
+        return _Recording(number, path, fixed, planning, written=self._store is not None)
 
     def _staged(self, number: int) -> Path:
         if self._store is None:
             raise ValueError("a dry run stages nothing")
         return self._store.layout.staging / f"{number:06d}"
 
-    def _proceed(self, entry: _Recording) -> None:
-        """Have the segments of a recording read once it is planned; note what failed."""
+    def _proceed(self, entry: _Recording, ahead: int = 0) -> None:
+        """Have a recording's segments read once it is planned, and joined once they are read; note what failed.
+
+        Args:
+            ahead: So many recordings stand before it in the line.
+        """
         try:
             if entry.plan is None and entry.planning.done():
                 entry.plan = outcome(entry.planning)
-                plan = entry.plan.plan
-                if plan is None or self._job.dry_run:
-                    return
-                if entry.fixed is not None:
-                    refuse_other_contents(entry.fixed, plan.found, allow_missing=self._job.allow_missing)
-                entry.segments = cut_segments(plan)
-                staged = self._staged(entry.number)
-                entry.reading = [
-                    self._hands.submit(segment_step, entry.path, segment, self._job.config, staged)
-                    for segment in entry.segments
-                ]
+                if entry.plan.plan is not None and entry.written:
+                    self._have_read(entry, entry.plan.plan)
             for future in entry.reading:
                 if future.done():
                     outcome(future)
+            if entry.joining is not None and entry.joining.done():
+                outcome(entry.joining)
+            plan = entry.to_join
+            if plan is not None:
+                results = [future.result() for future in entry.reading]
+                place = self._likely_place(ahead)
+                staged, config = self._staged(entry.number), self._job.config
+                entry.joining = self._hands.submit(join_step, plan, entry.segments, results, place, config, staged)
         except OutputError:
             raise
         except DatasetsError as error:
@@ -233,6 +253,27 @@ class _Line:
             for future in entry.reading:
                 future.cancel()
             entry.reading = [future for future in entry.reading if not future.cancelled()]
+
+    def _have_read(self, entry: _Recording, plan: EpisodePlan) -> None:
+        if entry.fixed is not None:
+            refuse_other_contents(entry.fixed, plan.found, allow_missing=self._job.allow_missing)
+        entry.segments = cut_segments(plan)
+        staged = self._staged(entry.number)
+        entry.reading = [
+            self._hands.submit(segment_step, entry.path, segment, self._job.config, staged)
+            for segment in entry.segments
+        ]
+
+    def _likely_place(self, ahead: int) -> Numbering:
+        """Where an episode will be if all that stand before it are added; where they are not, it is numbered again."""
+        if self._store is None:
+            raise ValueError("a dry run joins nothing")
+        place = self._store.numbering(None)
+        for entry in list(self._under_way)[:ahead]:
+            if entry.plan is not None and entry.plan.plan is not None and entry.failed is None:
+                rows = int(entry.plan.plan.ticks_ns.size)
+                place = Numbering(place.episode_index + 1, place.index_from + rows)
+        return place
 
     def _conclude(self, entry: _Recording) -> None:
         """The recording that is first in the line becomes an episode, or is left out with its reason."""
@@ -269,16 +310,10 @@ class _Line:
             return None
         if self._store is None:
             return summary_of(entry.plan.plan, entry.path, None)
-        results = [future.result() for future in entry.reading]
+        if entry.joining is None:
+            raise ValueError("a recording that was not joined")
         summary = add_episode(
-            self._store,
-            entry.path,
-            entry.plan,
-            entry.segments,
-            results,
-            self._job.robot,
-            self._job.config,
-            self._staged(entry.number),
+            self._store, entry.path, entry.plan, outcome(entry.joining), self._job.robot, self._job.config
         )
         self._known[entry.plan.sha256] = self._job.settings_hash
         return summary

@@ -1,55 +1,24 @@
-"""Second pass over a recording, one segment of it: images and clouds read, judged, thinned and written.
+"""The segments of an episode: fixed numbers of ticks, each with the portion of the recording that serves them.
 
-A segment is a fixed number of ticks, so that the same recording is cut alike whoever works on it: one process after
-another or several at a time. What a segment writes is joined by ``assemble``.
+The same recording is cut alike whoever works on it: one process after another or several at a time.
 """
 
-import logging
-from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, Shaped, UInt8
+from jaxtyping import Float64, Shaped
 
-from navtool.datasets.decode.messages import ImageFrame, PointCloud
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.ingest.background import Background
-from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.motion import Motion
 from navtool.datasets.ingest.plan import EpisodePlan, LargeStream
-from navtool.datasets.ingest.sidecar import CloudFile
 from navtool.datasets.ingest.stats import CloudStats, ImageStats
-from navtool.datasets.ingest.video import VideoWriter
-from navtool.datasets.recording import RawMessage, Recording
-from navtool.datasets.schema import (
-    CLOUD_RELIABILITY_KEYS,
-    CLOUD_SIZE,
-    COUNT_KEY,
-    IMAGE_HEIGHT_PX,
-    IMAGE_RELIABILITY_KEYS,
-    IMAGE_WIDTH_PX,
-)
 from navtool.pipeline.arrays import Array
-from navtool.pipeline.cloud_reliability import cloud_reliability
-from navtool.pipeline.downsample import fixed_size_cloud
-from navtool.pipeline.geometry.deskew import deskewed
-from navtool.pipeline.image_reliability import image_reliability
-
-logger = logging.getLogger(__name__)
 
 TICKS_PER_SEGMENT = 512
 """A multiple of the rows of a row group, so that none spans two segments."""
 
-_KNOTS = 17
-"""Moments of a sweep for which the robot's pose is taken from odometry."""
 _SWEEP_NS = 1_000_000_000
 """No sweep lasts longer."""
-
-type Image = UInt8[Array, "240 320 3"]
-type Points = Float32[Array, "10000 3"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +59,7 @@ class Segment:
 class SegmentResult:
     """What a segment found; its files lie in the episode's staged folder."""
 
-    columns: dict[str, Shaped[Array, " ticks"]]
+    columns: dict[str, Shaped[Array, " ticks"]] = field(default_factory=dict)
     """Reliabilities and counts."""
     lost: dict[str, list[int]] = field(default_factory=dict)
     """Ticks, by stream, whose message cannot be decoded or never came."""
@@ -187,181 +156,3 @@ def _part(
         own=frozenset(own),
         stamps_ns={p: stream.stamps_ns.get(p, int(stream.record_ns[p])) for p in {*serving, *own}},
     )
-
-
-def write_segment(
-    recording: Recording,
-    segment: Segment,
-    config: IngestConfig,
-    folder: Path,
-    advance: Callable[[int], None] | None = None,
-) -> SegmentResult:
-    """Read a segment's images and clouds and write its parts of the episode's files.
-
-    Reliabilities are computed from the raw frame and the raw cloud, before any resizing, thinning or encoding. A
-    message that cannot be decoded leaves its ticks without it and is counted. Memory does not grow with the length.
-
-    Args:
-        folder: The episode's staged folder.
-        advance: Called with the bytes of each message read.
-    """
-    by_topic = {part.topic: name for name, part in segment.parts.items()}
-    position = {name: part.first for name, part in segment.parts.items()}
-    with ExitStack() as stack:
-        rows = _Rows(segment, config, folder, stack)
-        if by_topic and segment.end_ns >= segment.start_ns:
-            for raw in recording.messages(tuple(by_topic), segment.start_ns, segment.end_ns):
-                name = by_topic[raw.topic]
-                rows.take(recording, raw, name, position[name])
-                position[name] += 1
-                if advance is not None:
-                    advance(len(raw.data))
-        rows.finish()
-    return rows.result
-
-
-class _Rows:
-    """Takes messages as they were recorded and writes rows in the order of ticks."""
-
-    def __init__(self, segment: Segment, config: IngestConfig, folder: Path, stack: ExitStack) -> None:
-        self._segment, self._config = segment, config
-        folder.mkdir(parents=True, exist_ok=True)
-        self._video = (
-            stack.enter_context(VideoWriter(video_part(folder, segment.number), config.fps)) if segment.image else None
-        )
-        self._points = stack.enter_context(points_part(folder, segment.number).open("wb")) if segment.lidar else None
-        self._clouds = (
-            stack.enter_context(CloudFile(clouds_part(folder, segment.number))) if "lidar" in segment.parts else None
-        )
-        keys = [*(IMAGE_RELIABILITY_KEYS if segment.image else ()), *(CLOUD_RELIABILITY_KEYS if segment.lidar else ())]
-        self.result = SegmentResult({key: np.zeros(segment.ticks, dtype=np.float32) for key in keys})
-        if segment.lidar:
-            self.result.columns[COUNT_KEY] = np.zeros(segment.ticks, dtype=np.int64)
-        # Entered last, so left first: nothing is closed while it is still written to.
-        self._background = stack.enter_context(Background())
-        self._waits = {name: self._served(part) for name, part in segment.parts.items()}
-        self._frames: dict[int, Image] = {}
-        self._thinned: dict[int, tuple[Points, int]] = {}
-        self._next = 0
-
-    def take(self, recording: Recording, raw: RawMessage, name: str, position: int) -> None:
-        """Use a message of the portion for its ticks, and a cloud for the file of whole clouds."""
-        part = self._segment.parts[name]
-        ticks = part.ticks_of.get(position, [])
-        if not ticks and (name == "image" or position not in part.own):
-            return
-        try:
-            sample = recording.decode(raw)
-        except DatasetsError as error:
-            logger.debug("%s: %s", raw.topic, error)
-            if position in part.own:
-                self.result.undecodable[name] = self.result.undecodable.get(name, 0) + 1
-            self._give_up(name, ticks)
-            return
-        if isinstance(sample, ImageFrame):
-            self._add_image(ticks, sample)
-        elif isinstance(sample, PointCloud):
-            self._add_cloud(ticks, sample, raw, position)
-
-    def finish(self) -> None:
-        """Write what is left; ticks whose message never came are without it."""
-        for name, waits in self._waits.items():
-            self._give_up(name, np.flatnonzero(waits).tolist())
-        self._settle()
-
-    def _served(self, part: StreamPart) -> Bool[Array, " ticks"]:
-        waits = np.zeros(self._segment.ticks, dtype=np.bool_)
-        waits[[tick for ticks in part.ticks_of.values() for tick in ticks]] = True
-        return waits
-
-    def _add_image(self, ticks: list[int], frame: ImageFrame) -> None:
-        small: Image = cv2.resize(frame.rgb, (IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX), interpolation=_shrink(frame)).astype(
-            np.uint8, copy=False
-        )
-        self._judge(IMAGE_RELIABILITY_KEYS, ticks, image_reliability(frame.rgb, self._config.image_reliability))
-        for tick in ticks:
-            self._frames[tick] = small
-        self._waits["image"][ticks] = False
-        self._settle()
-
-    def _add_cloud(self, ticks: list[int], cloud: PointCloud, raw: RawMessage, position: int) -> None:
-        part = self._segment.parts["lidar"]
-        stamp_ns = part.stamps_ns[position]
-        if position in part.own and self._clouds is not None:
-            self.result.points_nonfinite += cloud.dropped_nonfinite
-            serves = self._segment.first_tick + ticks[0] if ticks else -1
-            self._background.call(self._clouds.add, cloud, stamp_ns, raw.record_ns, serves)
-        if not ticks:
-            return
-        self._judge(
-            CLOUD_RELIABILITY_KEYS, ticks, cloud_reliability(cloud.xyz, cloud.ring, self._config.cloud_reliability)
-        )
-        points, kept = self._in_base_frame(cloud, stamp_ns)
-        for tick in ticks:
-            self._thinned[tick] = points, kept
-        self.result.columns[COUNT_KEY][ticks] = kept
-        self._waits["lidar"][ticks] = False
-        self._settle()
-
-    def _in_base_frame(self, cloud: PointCloud, stamp_ns: int) -> tuple[Points, int]:
-        columns = np.ascontiguousarray(cloud.xyz.T)
-        time_s = cloud.time_s
-        x, y, z = columns
-        returned = (x != 0) | (y != 0) | (z != 0)
-        if not returned.all():
-            columns = columns.compress(returned, axis=1)
-            time_s = None if time_s is None else time_s[returned]
-        pose = self._segment.base_lidar
-        if pose is not None:
-            columns = pose[:3, :3].astype(np.float32) @ columns + pose[:3, 3:].astype(np.float32)
-        if self._config.deskew:
-            columns = self._deskewed(columns, time_s, stamp_ns)
-        return fixed_size_cloud(columns.T, CLOUD_SIZE, stamp_ns, self._config.voxel_m)
-
-    def _deskewed(
-        self, columns: Float32[Array, "3 n"], time_s: Float32[Array, " n"] | None, stamp_ns: int
-    ) -> Float32[Array, "3 n"]:
-        motion = self._segment.motion
-        if time_s is not None and motion is not None and time_s.size:
-            knots = np.linspace(float(time_s.min()), float(time_s.max()) + 1e-6, _KNOTS)
-            poses = motion.relative_to(stamp_ns, stamp_ns + np.rint(knots * 1e9).astype(np.int64))
-            if poses is not None:
-                return deskewed(columns, time_s, knots, poses)
-        self.result.not_deskewed += 1
-        return columns
-
-    def _judge(self, keys: tuple[str, ...], ticks: list[int], values: tuple[float, ...]) -> None:
-        for key, value in zip(keys, values, strict=True):
-            self.result.columns[key][ticks] = value
-
-    def _give_up(self, name: str, ticks: list[int]) -> None:
-        """The message that was to serve these ticks cannot be used."""
-        if ticks:
-            self.result.lost.setdefault(name, []).extend(ticks)
-            self._waits[name][ticks] = False
-            self._settle()
-
-    def _settle(self) -> None:
-        """Write every row that waits for nothing more."""
-        while self._next < self._segment.ticks and not any(waits[self._next] for waits in self._waits.values()):
-            frame = self._frames.pop(self._next, None)
-            self._background.call(self._write, frame, *self._thinned.pop(self._next, (_NO_POINTS, 0)))
-            self._next += 1
-
-    def _write(self, frame: Image | None, points: Points, kept: int) -> None:
-        if self._video is not None:
-            self._video.add(_BLACK if frame is None else frame)
-            if frame is not None:
-                self.result.images.add(frame)
-        if self._points is not None:
-            self._points.write(points.data)
-            if kept:
-                self.result.clouds.add(points[:kept])
-
-
-_BLACK: Image = np.zeros((IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX, 3), dtype=np.uint8)
-_NO_POINTS: Points = np.zeros((CLOUD_SIZE, 3), dtype=np.float32)
-
-
-def _shrink(frame: ImageFrame) -> int:
-    return cv2.INTER_AREA if frame.rgb.shape[1] > IMAGE_WIDTH_PX else cv2.INTER_LINEAR

@@ -9,6 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from jaxtyping import Shaped
 
+from navtool.datasets.arrow_arrays import number_array
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.ingest.columns import TimedStream
 from navtool.pipeline.arrays import Array
@@ -26,8 +27,9 @@ CLOUD_SCHEMA = pa.schema(
     ]
 )
 """One row a cloud, in the order of record and in the sensor's frame; ``frame_index`` is the first row it serves, -1 for
-none. The points are the bytes of little-endian arrays: float32 x, y, z interleaved, float32 intensity, uint16 ring,
-float32 time; null where not recorded. As lists of numbers they take 1.7 times as long to write and 1.6 to read.
+none. The points are the bytes of little-endian arrays: float32 x of all points, then y, then z; float32 intensity,
+uint16 ring, float32 time; null where not recorded. As lists of numbers they take longer to write and to read.
+LZ4: with Zstandard's fastest level a VLP-16's clouds take a seventh less space and three times as long to compress.
 """
 
 
@@ -39,8 +41,7 @@ class CloudFile:
         self._writer = pq.ParquetWriter(
             path,
             CLOUD_SCHEMA,
-            compression="zstd",
-            compression_level=1,
+            compression="lz4",
             use_dictionary=False,
             write_statistics=["stamp_ns", "record_ns", "frame_index"],
         )
@@ -59,8 +60,8 @@ class CloudFile:
             return
         numbers = np.array(self._numbers, dtype=np.int64).T
         columns = [
-            *(pa.array(np.ascontiguousarray(column)) for column in numbers),
-            _blobs([cloud.xyz for cloud in self._clouds], "<f4"),
+            *(number_array(column) for column in numbers),
+            _blobs([cloud.xyz.T for cloud in self._clouds], "<f4"),
             _blobs([cloud.intensity for cloud in self._clouds], "<f4"),
             _blobs([cloud.ring for cloud in self._clouds], "<u2"),
             _blobs([cloud.time_s for cloud in self._clouds], "<f4"),
@@ -99,11 +100,9 @@ def write_streams(folder: Path, streams: Mapping[str, TimedStream]) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name, stream in streams.items():
         record_ns = np.array(stream.scan.record_ns, dtype=np.int64)[stream.time.order]
-        table = pa.table(
-            {
-                "stamp_ns": stream.time.stamps_ns,
-                "record_ns": record_ns,
-                **{column: stream.values[:, place] for place, column in enumerate(stream.scan.columns)},
-            }
+        columns = {"stamp_ns": stream.time.stamps_ns, "record_ns": record_ns}
+        columns |= {column: stream.values[:, place] for place, column in enumerate(stream.scan.columns)}
+        arrays = [number_array(column) for column in columns.values()]
+        pq.write_table(
+            pa.Table.from_arrays(arrays, names=list(columns)), folder / f"{name}.parquet", compression="zstd"
         )
-        pq.write_table(table, folder / f"{name}.parquet", compression="zstd")

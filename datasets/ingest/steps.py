@@ -14,15 +14,16 @@ from navtool.datasets.description import Description
 from navtool.datasets.errors import OutputError
 from navtool.datasets.files import write_bytes, write_json
 from navtool.datasets.ingest.config import IngestConfig, Merge
-from navtool.datasets.ingest.episode import EpisodeFolder, join_segments, streams_folder
+from navtool.datasets.ingest.episode import EpisodeFolder, Numbering, join_segments, renumber, streams_folder
 from navtool.datasets.ingest.plan import EpisodePlan, plan_episode, source_name
 from navtool.datasets.ingest.report import EpisodeSummary
-from navtool.datasets.ingest.segment import Segment, SegmentResult, write_segment
+from navtool.datasets.ingest.segment import Segment, SegmentResult
 from navtool.datasets.ingest.settings import settings_hash, streams_left_out
 from navtool.datasets.ingest.store import Store
 from navtool.datasets.ingest.sync_picture import sync_picture
 from navtool.datasets.ingest.sync_report import stream_notes
 from navtool.datasets.ingest.workers import Advance, Stopped
+from navtool.datasets.ingest.write_segment import write_segment
 from navtool.datasets.lineage import code_version, plain, recording_sha256
 from navtool.datasets.recording import open_recording
 from navtool.datasets.robot import RobotConfig
@@ -36,6 +37,15 @@ class Planned:
     sha256: str
     size: int
     plan: EpisodePlan | None
+
+
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """A recording's episode, staged whole, and what is to be said of it."""
+
+    folder: EpisodeFolder
+    dropped: dict[str, int]
+    notes: list[str]
 
 
 def plan_step(
@@ -73,17 +83,39 @@ def segment_step(path: Path, segment: Segment, config: IngestConfig, staged: Pat
         return write_segment(recording, segment, config, staged, advance)
 
 
-def add_episode(
-    store: Store,
-    path: Path,
-    planned: Planned,
+def join_step(
+    plan: EpisodePlan,
     segments: Sequence[Segment],
     results: Sequence[SegmentResult],
-    robot: RobotConfig,
+    numbering: Numbering,
     config: IngestConfig,
     staged: Path,
+    advance: Advance,  # noqa: ARG001 - every step has one
+) -> Joined:
+    """Join what was read of a recording into the staged files of an episode, at its likely place in the data set."""
+    folder = EpisodeFolder(staged, numbering)
+    dropped, notes = dict(plan.dropped), list(plan.notes)
+    for result in results:
+        for name, count in result.undecodable.items():
+            key = f"{name}: cannot be decoded"
+            dropped[key] = dropped.get(key, 0) + count
+    if nonfinite := sum(result.points_nonfinite for result in results):
+        dropped["lidar points: not finite"] = nonfinite
+    if left := sum(result.not_deskewed for result in results):
+        notes.append(f"lidar: {left} clouds without point times or odometry around them; points stay as measured")
+    notes += stream_notes(plan.sync_report)
+    with _output_errors(staged):
+        join_segments(plan, segments, results, features_of(plan.contents), config.fps, folder)
+    write_json(folder.beside / "calibration.json", plan.calibration.to_json())
+    write_json(folder.beside / "sync.json", plan.sync_report | {"dropped": dropped, "notes": notes})
+    write_bytes(folder.beside / "sync.svg", sync_picture(plan.sync_report, plan.columns, config.fps).encode())
+    return Joined(folder, dropped, notes)
+
+
+def add_episode(
+    store: Store, path: Path, planned: Planned, joined: Joined, robot: RobotConfig, config: IngestConfig
 ) -> EpisodeSummary:
-    """Join the segments of a recording and make them an episode of the data set.
+    """Make a joined recording an episode of the data set, in the place of an older one of the same recording.
 
     Raises:
         OutputError: A file cannot be written; the data set is then as it was.
@@ -92,25 +124,10 @@ def add_episode(
     if plan is None:
         raise ValueError("a recording without a plan")
     replaced = store.episode_from(source_name(path), planned.sha256, plan.recording_start_ns)
-    folder = EpisodeFolder(staged, store.numbering(replaced))
-    with _output_errors(staged):
-        join_segments(plan, segments, results, features_of(plan.contents), config.fps, folder)
-    dropped = dict(plan.dropped)
-    for result in results:
-        for name, count in result.undecodable.items():
-            key = f"{name}: cannot be decoded"
-            dropped[key] = dropped.get(key, 0) + count
-    if nonfinite := sum(result.points_nonfinite for result in results):
-        dropped["lidar points: not finite"] = nonfinite
-    if left := sum(result.not_deskewed for result in results):
-        plan.notes.append(f"lidar: {left} clouds without point times or odometry around them; points stay as measured")
-    plan.dropped = dropped
-    write_json(folder.beside / "calibration.json", plan.calibration.to_json())
-    number = folder.numbering.episode_index
-    summary = summary_of(plan, path, number, rebuilt=replaced is not None)
-    write_json(folder.beside / "sync.json", plan.sync_report | {"dropped": dropped, "notes": summary.notes})
-    picture = sync_picture(plan.sync_report, plan.columns, config.fps)
-    write_bytes(folder.beside / "sync.svg", picture.encode())
+    with _output_errors(joined.folder.root):
+        renumber(joined.folder, store.numbering(replaced), plan.contents)
+    number = joined.folder.numbering.episode_index
+    summary = summary_of(plan, path, number, dropped=joined.dropped, notes=joined.notes, rebuilt=replaced is not None)
     description = Description(
         fps=config.fps,
         contents=plan.contents,
@@ -133,23 +150,31 @@ def add_episode(
         "code_version": code_version(),
     }
     if replaced is None:
-        store.commit(folder, description, provenance)
+        store.commit(joined.folder, description, provenance)
     else:
-        store.replace(folder, provenance)
+        store.replace(joined.folder, provenance)
     return summary
 
 
-def summary_of(plan: EpisodePlan, path: Path, episode: int | None, *, rebuilt: bool = False) -> EpisodeSummary:
-    """The episode as the report shows it."""
+def summary_of(
+    plan: EpisodePlan,
+    path: Path,
+    episode: int | None,
+    *,
+    dropped: dict[str, int] | None = None,
+    notes: list[str] | None = None,
+    rebuilt: bool = False,
+) -> EpisodeSummary:
+    """The episode as the report shows it; of one that is only planned, what the plan knows."""
     return EpisodeSummary(
         episode=episode,
         source=source_name(path),
         rows=int(plan.ticks_ns.size),
         topics=plan.topics.streams(),
         not_used=[dict(plain(topic)) for topic in plan.topics.not_used],  # type: ignore[call-overload]
-        dropped=plan.dropped,
+        dropped=plan.dropped if dropped is None else dropped,
         sync=dict(plan.sync_report),
-        notes=[*plan.notes, *stream_notes(plan.sync_report)],
+        notes=[*plan.notes, *stream_notes(plan.sync_report)] if notes is None else notes,
         rebuilt=rebuilt,
     )
 

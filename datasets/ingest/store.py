@@ -68,20 +68,19 @@ class Store:
         self.episodes = 0
         self.rows = 0
         self._stats: dict[str, Stats] = {}
+        self._provenance: list[dict[str, Any]] = []
         if layout.description.is_file():
             self.description = read_description(layout.root)
             info = read_json(layout.info, _REBUILD)
             self.episodes, self.rows = int(str(info["total_episodes"])), int(str(info["total_frames"]))
             stats: dict[str, Any] = read_json(layout.stats, _REBUILD)
             self._stats = stats
+            files = (layout.episode(number) / "provenance.json" for number in range(self.episodes))
+            self._provenance = [read_json(file, _REBUILD) for file in files]
 
     def provenance(self) -> list[dict[str, Any]]:
         """What each episode was made from."""
-        return [self.provenance_of(number) for number in range(self.episodes)]
-
-    def provenance_of(self, episode: int) -> dict[str, Any]:
-        """What one episode was made from."""
-        return read_json(self.layout.episode(episode) / "provenance.json", _REBUILD)
+        return list(self._provenance)
 
     def episode_from(self, source: str, sha256: str, recording_start_ns: int) -> int | None:
         """The episode that the same recording became before; None where there is none.
@@ -89,7 +88,7 @@ class Store:
         The same recording is one of the same bytes, or one of the same name that began at the same moment: it was still
         being written or copied then. A name alone says little: runs of many days are called alike.
         """
-        for number, entry in enumerate(self.provenance()):
+        for number, entry in enumerate(self._provenance):
             named = (entry["source"], entry["recording_start_ns"]) == (source, recording_start_ns)
             if named or entry["sha256"] == sha256:
                 return number
@@ -132,6 +131,7 @@ class Store:
             raise ValueError("a data set without a description has no episodes")
         write_json(staged.beside / "provenance.json", provenance)
         self._stats, self.rows = replace_episode(self.layout, staged, self.description, self.episodes)
+        self._provenance[staged.numbering.episode_index] = dict(provenance)
 
     def commit(self, staged: EpisodeFolder, description: Description, provenance: Mapping[str, object]) -> None:
         """Make a staged episode the data set's next one. Until ``info.json`` counts it, it does not exist.
@@ -160,6 +160,7 @@ class Store:
         write_json(self.layout.stats, self._stats)
         self.episodes, self.rows = number + 1, self.rows + staged.rows
         write_json(self.layout.info, info_of(description, self.episodes, self.rows))
+        self._provenance.append(dict(provenance))
         if self.description is None:
             write_json(self.layout.description, description.to_json())
             self.description = description

@@ -2,7 +2,7 @@
 
 import heapq
 from collections.abc import Callable, Container, Iterator, Sequence
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from typing import NamedTuple
 
 from navtool.datasets.errors import DatasetsError
@@ -82,16 +82,32 @@ def merged(
     end_ns: int,
 ) -> Iterator[ChunkMessage]:
     """The messages of the wanted channels within the times, by time; a chunk is read when its time comes."""
-    streams = [
-        _from(chunk, wanted, load, skipped, start_ns, end_ns)
+    needed = [
+        chunk
         for chunk in chunks
         if chunk.end_ns >= start_ns
         and chunk.start_ns <= end_ns
         and (not chunk.channels or any(channel in wanted for channel in chunk.channels))
     ]
-    for _, message in heapq.merge(*streams, key=itemgetter(0)):
-        if message is not None:
-            yield message
+    for group in _overlapping(needed):
+        streams = [_from(chunk, wanted, load, skipped, start_ns, end_ns) for chunk in group]
+        for _, message in streams[0] if len(streams) == 1 else heapq.merge(*streams, key=itemgetter(0)):
+            if message is not None:
+                yield message
+
+
+def _overlapping(chunks: Sequence[Chunk]) -> Iterator[list[Chunk]]:
+    """Chunks whose times overlap together, in the order of time: most recorders write one chunk after the other."""
+    group: list[Chunk] = []
+    end_ns = 0
+    for chunk in sorted(chunks, key=attrgetter("start_ns")):
+        if group and chunk.start_ns > end_ns:
+            yield group
+            group = []
+        group.append(chunk)
+        end_ns = max(end_ns, chunk.end_ns) if len(group) > 1 else chunk.end_ns
+    if group:
+        yield group
 
 
 def _from(
@@ -109,6 +125,10 @@ def _from(
     if lacking:
         skipped.add_torn(chunk, lacking)
     found.sort()
+    if found and not (chunk.start_ns <= found[0][0] and found[-1][0] <= chunk.end_ns):
+        inside = [message for message in found if chunk.start_ns <= message[0] <= chunk.end_ns]
+        skipped.add_torn(chunk, f"{len(found) - len(inside)} messages whose times are not the chunk's are left out")
+        found = inside
     for record_ns, start, end, channel in found:
         if start_ns <= record_ns <= end_ns:
             yield record_ns, ChunkMessage(record_ns, channel, contents[start:end])

@@ -98,12 +98,12 @@ class Recording:
                 cure=f"choose from {', '.join(sorted(known)) or 'nothing: the recording has no topics'}",
             )
         wanted, first, last = frozenset(topics), start_ns or 0, END_NS if end_ns is None else end_ns
-        streams = [
-            _from(x.span_ns[0], x.messages(wanted, first, last))
-            for x in self._sources
-            if x.span_ns is not None and x.span_ns[1] >= first and x.span_ns[0] <= last
+        inside = [
+            (x.span_ns[0], x) for x in self._sources if x.span_ns and x.span_ns[1] >= first and x.span_ns[0] <= last
         ]
-        return self._merged(streams)
+        if len(inside) == 1:
+            return self._while_open(inside[0][1].messages(wanted, first, last))
+        return self._merged([_from(start, source.messages(wanted, first, last)) for start, source in inside])
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -162,6 +162,12 @@ class Recording:
             self._check_open()
             if raw is not None:
                 yield raw
+
+    def _while_open(self, messages: Iterator[RawMessage]) -> Iterator[RawMessage]:
+        self._check_open()
+        for raw in messages:
+            yield raw
+            self._check_open()
 
     def _check_open(self) -> None:
         if not self._open:

@@ -171,10 +171,61 @@ def records_in(contents: bytes) -> Iterator[Record]:
 
 def messages_in(contents: bytes, wanted: Container[int]) -> Contents:
     """The messages of the wanted connections."""
-    found, end = [], 0
-    for record in records_in(contents):
-        end = record.end
-        if record.op == MESSAGE and (connection := number(record, b"conn")) in wanted:
-            found.append((time_ns(record.fields[b"time"]), record.start, record.end, connection))
-    left = len(contents) - end
+    found: list[tuple[int, int, int, int]] = []
+    place, size = 0, len(contents)
+    usual: _MessageHead | None = None
+    while place < size:
+        head = None if usual is None else usual.read(contents, place)
+        if head is None:
+            try:
+                record = record_at(contents, place, size)
+            except ValueError:
+                break
+            if record.op != MESSAGE:
+                if record.end > size:
+                    break
+                place = record.end
+                continue
+            head = time_ns(record.fields[b"time"]), record.start, record.end, number(record, b"conn")
+            usual = _MessageHead.of(contents[place : record.start])
+        if head[2] > size:
+            break
+        if head[3] in wanted:
+            found.append(head)
+        place = head[2]
+    left = size - place
     return contents, found, f"its last {left} bytes are no whole record" if left else ""
+
+
+class _MessageHead:
+    """How one recorder lays out what stands before a message: all its heads differ in connection, time and size alone.
+
+    Reading by it takes a tenth of the time of looking for the fields one by one.
+    """
+
+    def __init__(self, layout: struct.Struct, constant: tuple[int, bytes, bytes, bytes], *, time_first: bool) -> None:
+        self._layout, self._constant, self._time_first = layout, constant, time_first
+
+    @classmethod
+    def of(cls, head: bytes) -> "_MessageHead | None":
+        """The layout of a head, from its length to the message's; None where it has fields that others may lack."""
+        connection, time = head.find(b"conn="), head.find(b"time=")
+        first, second = sorted(((connection + 5, "I"), (time + 5, "Q")))
+        between = first[0] + struct.calcsize(f"<{first[1]}"), second[0] + struct.calcsize(f"<{second[1]}")
+        if min(connection, time) < 0 or between[0] > second[0] or between[1] > len(head) - 4:
+            return None
+        sizes = first[0] - 4, second[0] - between[0], len(head) - 4 - between[1]
+        layout = struct.Struct(f"<I{sizes[0]}s{first[1]}{sizes[1]}s{second[1]}{sizes[2]}sI")
+        length, before, _, middle, _, after, _ = layout.unpack(head)
+        return cls(layout, (length, before, middle, after), time_first=time < connection)
+
+    def read(self, contents: bytes, place: int) -> tuple[int, int, int, int] | None:
+        """Record time, start, end and connection of the message at a place; None where another kind of head stands."""
+        start = place + self._layout.size
+        if start > len(contents):
+            return None
+        length, before, one, middle, other, after, size = self._layout.unpack_from(contents, place)
+        if (length, before, middle, after) != self._constant:
+            return None
+        time, connection = (one, other) if self._time_first else (other, one)
+        return (time & 0xFFFFFFFF) * 1_000_000_000 + (time >> 32), start, start + size, connection

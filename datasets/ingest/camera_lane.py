@@ -1,0 +1,50 @@
+"""Camera frames on their way into a segment's rows."""
+
+import cv2
+import numpy as np
+from jaxtyping import UInt8
+
+from navtool.datasets.decode.messages import Decoded, ImageFrame
+from navtool.datasets.ingest.lane import Lane
+from navtool.datasets.ingest.segment import StreamPart
+from navtool.datasets.ingest.stats import ImageStats
+from navtool.datasets.ingest.video import VideoWriter
+from navtool.datasets.recording import RawMessage
+from navtool.datasets.schema import IMAGE_HEIGHT_PX, IMAGE_RELIABILITY_KEYS, IMAGE_WIDTH_PX
+from navtool.pipeline.arrays import Array
+from navtool.pipeline.image_reliability import ImageReliabilityConfig, image_reliability
+
+type Image = UInt8[Array, "240 320 3"]
+
+_BLACK: Image = np.zeros((IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX, 3), dtype=np.uint8)
+
+
+class CameraLane(Lane):
+    """Judges frames as they were recorded, makes them small and encodes them; a row without a frame is black.
+
+    Almost all of its time is spent outside of the interpreter, so that it runs beside a lane that needs it.
+    """
+
+    def __init__(
+        self, part: StreamPart | None, ticks: int, video: VideoWriter, reliability: ImageReliabilityConfig
+    ) -> None:
+        super().__init__(part, ticks, IMAGE_RELIABILITY_KEYS)
+        self.stats = ImageStats()
+        self._video, self._reliability = video, reliability
+        self._frames: dict[int, Image] = {}
+
+    def _use(self, sample: Decoded, ticks: list[int], raw: RawMessage, position: int) -> None:  # noqa: ARG002
+        if not isinstance(sample, ImageFrame):
+            raise TypeError(f"{type(sample).__name__} is no frame")
+        shrinks = sample.rgb.shape[1] > IMAGE_WIDTH_PX
+        how = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
+        small = cv2.resize(sample.rgb, (IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX), interpolation=how)
+        self._judge(ticks, image_reliability(sample.rgb, self._reliability))
+        for tick in ticks:
+            self._frames[tick] = small.astype(np.uint8, copy=False)
+
+    def _write(self, tick: int) -> None:
+        frame = self._frames.pop(tick, None)
+        self._video.add(_BLACK if frame is None else frame)
+        if frame is not None:
+            self.stats.add(frame)

@@ -1,0 +1,108 @@
+"""LiDAR clouds on their way into a segment's rows and into the file of whole clouds."""
+
+from typing import BinaryIO
+
+import numpy as np
+from jaxtyping import Float32
+
+from navtool.datasets.decode.messages import Decoded, PointCloud
+from navtool.datasets.ingest.background import Background
+from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.lane import Lane
+from navtool.datasets.ingest.segment import Segment
+from navtool.datasets.ingest.sidecar import CloudFile
+from navtool.datasets.ingest.stats import CloudStats
+from navtool.datasets.recording import RawMessage
+from navtool.datasets.schema import CLOUD_RELIABILITY_KEYS, CLOUD_SIZE, COUNT_KEY
+from navtool.pipeline.arrays import Array
+from navtool.pipeline.cloud_reliability import cloud_reliability
+from navtool.pipeline.downsample import fixed_size_cloud
+from navtool.pipeline.geometry.deskew import deskewed
+
+_KNOTS = 17
+"""Moments of a sweep for which the robot's pose is taken from odometry."""
+
+type Points = Float32[Array, "10000 3"]
+
+_NO_POINTS: Points = np.zeros((CLOUD_SIZE, 3), dtype=np.float32)
+
+
+class LidarLane(Lane):
+    """Keeps clouds whole, judges them as they were recorded, and thins them in the base frame for the rows.
+
+    Whole clouds are compressed and written in the thread beside.
+    """
+
+    def __init__(
+        self,
+        segment: Segment,
+        points: BinaryIO | None,
+        clouds: CloudFile | None,
+        config: IngestConfig,
+        beside: Background,
+    ) -> None:
+        super().__init__(segment.parts.get("lidar"), segment.ticks, CLOUD_RELIABILITY_KEYS)
+        self.stats = CloudStats()
+        self.points_nonfinite = 0
+        self.not_deskewed = 0
+        self._segment, self._config = segment, config
+        self._file, self._clouds, self._beside = points, clouds, beside
+        self._counts = np.zeros(segment.ticks, dtype=np.int64)
+        self._thinned: dict[int, tuple[Points, int]] = {}
+
+    def finish(self) -> None:
+        """Write what is left; ticks whose cloud never came have none."""
+        super().finish()
+        self.columns[COUNT_KEY] = self._counts
+
+    def _wanted(self, position: int) -> bool:
+        return position in self._part.own
+
+    def _use(self, sample: Decoded, ticks: list[int], raw: RawMessage, position: int) -> None:
+        if not isinstance(sample, PointCloud):
+            raise TypeError(f"{type(sample).__name__} is no cloud")
+        stamp_ns = self._part.stamps_ns[position]
+        if position in self._part.own and self._clouds is not None:
+            self.points_nonfinite += sample.dropped_nonfinite
+            serves = self._segment.first_tick + ticks[0] if ticks else -1
+            self._beside.call(self._clouds.add, sample, stamp_ns, raw.record_ns, serves)
+        if ticks:
+            self._judge(ticks, cloud_reliability(sample.xyz, sample.ring, self._config.cloud_reliability))
+            points, kept = self._in_base_frame(sample, stamp_ns)
+            self._counts[ticks] = kept
+            for tick in ticks:
+                self._thinned[tick] = points, kept
+
+    def _write(self, tick: int) -> None:
+        points, kept = self._thinned.pop(tick, (_NO_POINTS, 0))
+        if self._file is not None:
+            self._file.write(points.data)
+        if kept:
+            self.stats.add(points[:kept])
+
+    def _in_base_frame(self, cloud: PointCloud, stamp_ns: int) -> tuple[Points, int]:
+        columns = np.ascontiguousarray(cloud.xyz.T)
+        time_s = cloud.time_s
+        x, y, z = columns
+        returned = (x != 0) | (y != 0) | (z != 0)
+        if not returned.all():
+            columns = columns.compress(returned, axis=1)
+            time_s = None if time_s is None else time_s[returned]
+        pose = self._segment.base_lidar
+        if pose is not None:
+            columns = pose[:3, :3].astype(np.float32) @ columns + pose[:3, 3:].astype(np.float32)
+        if self._config.deskew:
+            columns = self._deskewed(columns, time_s, stamp_ns)
+        return fixed_size_cloud(columns.T, CLOUD_SIZE, stamp_ns, self._config.voxel_m)
+
+    def _deskewed(
+        self, columns: Float32[Array, "3 n"], time_s: Float32[Array, " n"] | None, stamp_ns: int
+    ) -> Float32[Array, "3 n"]:
+        motion = self._segment.motion
+        if time_s is not None and motion is not None and time_s.size:
+            knots = np.linspace(float(time_s.min()), float(time_s.max()) + 1e-6, _KNOTS)
+            poses = motion.relative_to(stamp_ns, stamp_ns + np.rint(knots * 1e9).astype(np.int64))
+            if poses is not None:
+                return deskewed(columns, time_s, knots, poses)
+        self.not_deskewed += 1
+        return columns
