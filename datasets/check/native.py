@@ -7,9 +7,11 @@ from jaxtyping import Int64
 
 from navtool.datasets.check.content import FROZEN_S
 from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, runs, short
+from navtool.datasets.gravity import odd_gravity
 from navtool.datasets.reader import Episode, NavDataset
 from navtool.pipeline.arrays import Array
 
+_ACCELERATION = ("ax_mps2", "ay_mps2", "az_mps2")
 _MEASURED = ("imu", "joints")
 """Streams of sensors that never repeat themselves to the last digit while they work."""
 
@@ -39,6 +41,8 @@ def _values(where: str, stream: str, stamps: Int64[Array, " n"], columns: dict[s
     shares = {name: float(np.isnan(values).mean()) for name, values in columns.items()}
     if lacking := [f"{name} {share:.0%}" for name, share in shares.items() if share > 0]:
         yield Severity.WARN, where, f"NaN as recorded: {', '.join(lacking[:6])}{' and more' if lacking[6:] else ''}"
+    if stream == "imu" and (odd := odd_gravity(np.column_stack([columns[name] for name in _ACCELERATION]))):
+        yield Severity.WARN, where, odd
     if stream in _MEASURED:
         table = np.column_stack(list(columns.values()))
         same = np.concatenate([[False], (table[1:] == table[:-1]).all(axis=1)])

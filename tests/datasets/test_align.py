@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from navtool.datasets.check import Severity, check_dataset
 from navtool.datasets.gravity import odd_gravity
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
@@ -105,6 +106,8 @@ def test_a_turned_imu_without_a_known_pose_is_told(
         IngestConfig(),
     )
     assert any("imu: gravity is along +y, not +z" in note for note in report.episodes[0].notes)
+    found = [x for x in check_dataset(tmp_path / "out").findings if "gravity is along +y" in x.message]
+    assert [(x.severity, x.check) for x in found] == [(Severity.WARN, "native")]
 
 
 @pytest.mark.parametrize(
