@@ -11,6 +11,8 @@ from navtool.pipeline.arrays import Array
 
 _AZIMUTH_CELLS = 720
 _RING_STEP_RAD = np.radians(1.3)
+_LEVEL_RAD = np.radians(4.0)
+_LEVEL_POINTS = 1000
 _WINDOW_ROWS = 2
 _WINDOW_COLUMNS = 6
 _FAR_M = 1e18
@@ -26,6 +28,23 @@ class Neighbourhoods(NamedTuple):
     """Neighbour minus centre in metres, x, y and z apart; 0 for the centre itself and where there is no neighbour."""
     size: Int64[Array, " m"]
     """Number of neighbours of each."""
+
+
+def rings_are_level(columns: Float32[Array, "3 n"], ring: Integer[Array, " n"]) -> bool:
+    """Whether the rings are those of a spinning LiDAR: most points within 4 degrees of their ring's mean elevation.
+
+    The lines of a LiDAR that draws rosettes are numbered like rings, and are none. About 1000 points are looked at.
+
+    Args:
+        columns: x, y, z in the sensor's frame, all of them real returns, at least one.
+        ring: Ring of each point, in any numbering.
+    """
+    stride = max(1, columns.shape[1] // _LEVEL_POINTS)
+    x, y, z = columns[:, ::stride]
+    number = ring[::stride].astype(np.int64)
+    elevation = np.arctan2(z, np.sqrt(x * x + y * y))
+    mean = np.bincount(number, elevation) / np.maximum(np.bincount(number), 1)
+    return bool(np.median(np.abs(elevation - mean[number])) <= _LEVEL_RAD)
 
 
 def ring_neighbourhoods(

@@ -8,7 +8,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Float64, Int64, Integer
 
 from navtool.pipeline.arrays import Array
-from navtool.pipeline.cloud_neighbourhoods import Neighbourhoods, nearest_neighbourhoods, ring_neighbourhoods
+from navtool.pipeline.cloud_neighbourhoods import (
+    Neighbourhoods,
+    nearest_neighbourhoods,
+    ring_neighbourhoods,
+    rings_are_level,
+)
 from navtool.pipeline.eigenvalues import symmetric_eigenvalues
 
 _FEWEST_POINTS = 10
@@ -116,11 +121,13 @@ def cloud_features(
 ) -> CloudFeatures:
     """What up to `max_points` points of a cloud lie on; none of them where it has fewer than 10 real returns.
 
-    A cloud with rings is looked at in windows along ring and azimuth, one without by its points' nearest neighbours;
-    see `ring_neighbourhoods` and `nearest_neighbourhoods`. A point with too few neighbours lies on nothing.
+    A cloud with level rings is looked at in windows along ring and azimuth, another one by its points' nearest
+    neighbours; see `rings_are_level`, `ring_neighbourhoods` and `nearest_neighbourhoods`. A point with too few
+    neighbours lies on nothing.
 
     Note:
-        Every method has the same neighbourhoods, so they differ in the feature alone.
+        Every method has the same neighbourhoods, so they differ in the feature alone. A single ring, as planar scanners
+        have, meets every surface in a line: by dimensionality its edges are structure, and an area is scatter.
     """
     with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite: no return
         columns = np.ascontiguousarray(xyz.T, np.float32)
@@ -132,13 +139,15 @@ def cloud_features(
         return CloudFeatures(np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros(0, np.bool_))
     if len(returned) < len(x):
         columns = columns.take(returned, axis=1)
-    if ring is None:
+    rings = None if ring is None else ring[returned]
+    if rings is None or not rings_are_level(columns, rings):
         neighbours = min(config.neighbours, len(returned) - 1)
         around = nearest_neighbourhoods(columns, neighbours, config.max_points)
     else:
-        around = ring_neighbourhoods(columns, ring[returned], config.reach, config.max_points)
+        around = ring_neighbourhoods(columns, rings, config.reach, config.max_points)
     if config.method is CloudFeatureMethod.dimensionality:
         edge, planar = _by_dimensionality(around)
+        planar &= rings is None or bool((rings != rings[0]).any())
     else:
         smoothness = _smoothness(around, columns, config.method)
         # Points that all lie on one place have no surface.

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from navtool.pipeline.cloud_neighbourhoods import Neighbourhoods, nearest_neighbourhoods, ring_neighbourhoods
+from navtool.pipeline.cloud_neighbourhoods import (
+    Neighbourhoods,
+    nearest_neighbourhoods,
+    ring_neighbourhoods,
+    rings_are_level,
+)
 
 Columns = NDArray[np.float32]
 
@@ -66,6 +71,18 @@ def test_no_more_points_than_asked_for_and_all_around() -> None:
     sector = np.floor(np.degrees(np.arctan2(points[1], points[0])[around.centre]) / 30)
     assert np.unique(sector, return_counts=True)[1].min() > 15
     assert len(np.unique(ring[around.centre])) == 16
+
+
+def test_rings_of_a_spinning_sensor_are_level_and_lines_of_a_rosette_are_not() -> None:
+    points, ring = scan()
+    assert rings_are_level(points, ring)
+    assert rings_are_level(points, (65_535 - ring).astype(np.uint16))
+    order = np.random.default_rng(1).permutation(len(ring))
+    assert rings_are_level(points[:, order], ring[order])
+    assert rings_are_level(points[:, ring == 15], ring[ring == 15])
+    assert not rings_are_level(points, np.zeros_like(ring)), "one line that goes up and down"
+    assert not rings_are_level(points[:, order], (np.arange(len(ring)) % 4).astype(np.uint16))
+    assert rings_are_level(np.ones((3, 1), np.float32), np.zeros(1, np.uint16))
 
 
 @pytest.mark.parametrize("columns", [1, 2])

@@ -64,6 +64,52 @@ def test_a_room_is_reliable_and_a_thicket_is_not() -> None:
     assert without_rings[0] > 0.4 > without_rings[1] + 0.2
 
 
+def planar_scan(distance: NDArray[np.float64]) -> tuple[Cloud, Rings]:
+    """A planar scanner's returns, evenly around."""
+    azimuth = np.linspace(-np.pi, np.pi, len(distance), endpoint=False)
+    xyz = np.column_stack([distance * np.cos(azimuth), distance * np.sin(azimuth), np.zeros(len(distance))])
+    return xyz.astype(np.float32), np.zeros(len(distance), np.uint16)
+
+
+@pytest.mark.parametrize("beams", [360, 720, 1081, 1440])
+@pytest.mark.parametrize("method", list(CloudFeatureMethod))
+def test_a_planar_scan_of_walls_is_more_reliable_than_one_of_scatter(beams: int, method: CloudFeatureMethod) -> None:
+    rng = np.random.default_rng(8)
+    config = CloudReliabilityConfig(method=method)
+    walls = 6.0 / np.maximum(*np.abs([np.cos(angles := np.linspace(-np.pi, np.pi, beams)), np.sin(angles)]))
+    values = [
+        cloud_reliability(*planar_scan(walls + rng.exponential(scatter_m, beams)), config)
+        for scatter_m in (0.01, 0.3, 1.0, 3.0)
+    ]
+    clouds = [value.cloud for value in values]
+    assert clouds == sorted(clouds, reverse=True)
+    assert clouds[0] > 0.35
+    assert clouds[-1] < 0.05
+    if method is CloudFeatureMethod.dimensionality:
+        assert all(value.planar == 0 for value in values), "a single ring meets a surface in a line"
+
+
+@settings(deadline=None, max_examples=60)
+@given(distance=st.lists(st.floats(0, 100, width=32), max_size=60), method=st.sampled_from(CloudFeatureMethod))
+def test_any_planar_scan_is_within_bounds_and_without_warnings(
+    distance: list[float], method: CloudFeatureMethod
+) -> None:
+    cloud, edge, planar = cloud_reliability(
+        *planar_scan(np.array(distance, np.float64)), CloudReliabilityConfig(method=method, min_neighbours=2)
+    )
+    assert 0 <= edge <= 1
+    assert 0 <= planar <= 1
+    assert cloud == pytest.approx(0.55 * edge + 0.45 * planar)
+
+
+def test_the_lines_of_a_rosette_are_not_taken_for_rings(config: CloudReliabilityConfig) -> None:
+    for distances in (room(), thicket()):
+        xyz, _ = scan(distances)
+        order = np.random.default_rng(9).permutation(len(xyz))
+        lines = (np.arange(len(xyz)) % 4).astype(np.uint16)
+        assert cloud_reliability(xyz[order], lines, config) == cloud_reliability(xyz[order], None, config)
+
+
 def test_the_more_scatter_the_less_reliable() -> None:
     rng = np.random.default_rng(1)
     leaves = rng.random((16, 720))

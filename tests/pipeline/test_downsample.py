@@ -125,6 +125,17 @@ def test_far_and_unreal_points_are_dropped() -> None:
     assert places(fixed_size_cloud(edge, 5, 0, 10.0)) == front_places(edge)
 
 
+def test_a_planar_scan_stays_planar_with_one_point_a_voxel() -> None:
+    angle = np.radians(np.arange(-135, 135.25, 0.25))
+    distance = 2.0 + np.random.default_rng(5).exponential(3.0, len(angle))
+    xyz = np.column_stack([distance * np.cos(angle), distance * np.sin(angle), np.full(len(angle), 0.3)])
+    cloud = fixed_size_cloud(xyz.astype(np.float32))
+    possible = front_places(xyz.astype(np.float32))
+    assert places(cloud) <= possible
+    assert cloud.kept == len({voxel_of(place, 50) for place in possible})
+    assert (cloud.points[:, 2] == np.float32(0.3)).all(), "what fills up repeats the scan, it is not in another plane"
+
+
 def test_float64_clouds_and_negative_zero() -> None:
     xyz = np.array([[-0.0, 1.0004, 0.0], [1e-9, 2.0, 0.0]])
     assert places(fixed_size_cloud(xyz, 5)) == {(0, 1000, 0), (0, 2000, 0)}
