@@ -9,12 +9,23 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from rosbags.typesys.store import Typestore
 
 from navtool.datasets.errors import DatasetsError
+from navtool.datasets.recording.record_arrays import LIVOX_PACKAGES, RecordArrays, has_records
 from navtool.datasets.recording.source import Definition
 
 _ENCODINGS = ("ros1", "cdr")
 _HEADERS = ("std_msgs/msg/Header", "roslib/msg/Header")
 _CDR_TIME = {b"\0\0": struct.Struct(">iI"), b"\0\1": struct.Struct("<iI")}
 _DRIVERS_TYPES = {
+    **{
+        f"{package}/msg/CustomPoint": "uint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\n"
+        "uint8 reflectivity\nuint8 tag\nuint8 line"
+        for package in LIVOX_PACKAGES
+    },
+    **{
+        f"{package}/msg/CustomMsg": "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\n"
+        f"uint8[3] rsvd\n{package}/CustomPoint[] points"
+        for package in LIVOX_PACKAGES
+    },
     "velodyne_msgs/msg/VelodynePacket": "builtin_interfaces/Time stamp\nuint8[1206] data",
     "velodyne_msgs/msg/VelodyneScan": "std_msgs/Header header\nvelodyne_msgs/VelodynePacket[] packets",
 }
@@ -71,13 +82,19 @@ class MessageType:
             self._store = get_typestore(Stores.EMPTY)
             self._store.register(_parsed(definition, name))
         self.stamp_layout = self._stamp_layout()
+        self._arrays = RecordArrays(self._store, name, encoding) if has_records(self._store, name) else None
 
     def layout(self) -> tuple[object, ...]:
         """The fields with their types, down to the basic ones: equal layouts read equal bytes equally."""
         return self._layout_of(self.name)
 
     def deserialise(self, data: bytes) -> Any:
-        """The message as an object with the definition's fields; its arrays are views of the data."""
+        """The message as an object with the definition's fields; its arrays are views of the data.
+
+        A sequence of one of the `RECORD_TYPES` is a structured array.
+        """
+        if self._arrays is not None:
+            return self._arrays.read(memoryview(data))
         read = self._store.deserialize_ros1 if self.encoding == "ros1" else self._store.deserialize_cdr
         return read(memoryview(data), self.name)
 

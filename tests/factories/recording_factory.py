@@ -14,6 +14,9 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
+from navtool.datasets.recording.message_type import MessageType, message_type
+from navtool.datasets.recording.source import Definition
+
 type Fields = Mapping[str, Any]
 type Entry = tuple[str, str, int, Fields]
 """Topic, type, record time in nanoseconds, fields; what the fields leave out is zero, empty or false."""
@@ -90,9 +93,8 @@ def ros_message() -> Callable[..., Any]:
 
     def message(kind: str, fields: Fields, *, ros1: bool = False) -> Any:
         store = _store(ros1=ros1)
-        if ros1:
-            return store.deserialize_ros1(store.serialize_ros1(_build(store, kind, fields), kind), kind)
-        return store.deserialize_cdr(store.serialize_cdr(_build(store, kind, fields), kind), kind)
+        serialise = store.serialize_ros1 if ros1 else store.serialize_cdr
+        return _reader(kind, ros1=ros1).deserialise(bytes(serialise(_build(store, kind, fields), kind)))
 
     return message
 
@@ -127,9 +129,25 @@ _MORE_TYPES = {
     "unitree_go/BmsState bms_state\nint16[4] foot_force\nuint32 tick\nfloat32 power_v",
     "unitree_go/msg/SportModeState": "builtin_interfaces/Time stamp\nunitree_go/IMUState imu_state\nuint8 mode\n"
     "float32[3] position\nfloat32[3] velocity\nfloat32 yaw_speed",
+    **{
+        f"{package}/msg/CustomPoint": "uint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\n"
+        "uint8 reflectivity\nuint8 tag\nuint8 line"
+        for package in ("livox_ros_driver", "livox_ros_driver2", "livox_interfaces")
+    },
+    **{
+        f"{package}/msg/CustomMsg": "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\n"
+        f"uint8[3] rsvd\n{package}/CustomPoint[] points"
+        for package in ("livox_ros_driver", "livox_ros_driver2", "livox_interfaces")
+    },
     "velodyne_msgs/msg/VelodynePacket": "builtin_interfaces/Time stamp\nuint8[1206] data",
     "velodyne_msgs/msg/VelodyneScan": "std_msgs/Header header\nvelodyne_msgs/VelodynePacket[] packets",
 }
+
+
+@cache
+def _reader(kind: str, *, ros1: bool) -> MessageType:
+    text, _ = _store(ros1=ros1).generate_msgdef(kind, ros_version=1 if ros1 else 2)
+    return message_type(kind, "ros1" if ros1 else "cdr", Definition("msg", text), "humble")
 
 
 @cache

@@ -1,0 +1,180 @@
+"""Messages with tens of thousands of small records, such as a cloud's points: each sequence of them is one array.
+
+The library that reads messages makes an object of every record; an array is a view of the message's bytes.
+"""
+
+import struct
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from jaxtyping import Shaped
+from rosbags.interfaces import Nodetype
+from rosbags.typesys.store import Typestore
+
+from navtool.datasets.errors import DatasetsError
+from navtool.pipeline.arrays import Array
+
+LIVOX_PACKAGES = ("livox_ros_driver", "livox_ros_driver2", "livox_interfaces")
+RECORD_TYPES = frozenset({"geometry_msgs/msg/Point32", *(f"{package}/msg/CustomPoint" for package in LIVOX_PACKAGES)})
+"""Types whose sequences are read as structured arrays, their fields by name."""
+
+_CODES = {
+    "bool": "?",
+    "byte": "i1",
+    "char": "u1",
+    "int8": "i1",
+    "int16": "i2",
+    "int32": "i4",
+    "int64": "i8",
+    "uint8": "u1",
+    "uint16": "u2",
+    "uint32": "u4",
+    "uint64": "u8",
+    "float32": "f4",
+    "float64": "f8",
+}
+type _Order = Literal["<", ">"]
+_CDR_ORDERS: dict[bytes, _Order] = {b"\0\0": ">", b"\0\1": "<"}
+_CDR_PADDING = 3
+"""Bytes that writers may append to a message."""
+
+
+class _Records(NamedTuple):
+    """How the records of a sequence lie in the bytes: their number, then one after the other, padding in between."""
+
+    field: str
+    alignment: int
+    dtype: np.dtype[np.void]
+    first_alignment: int
+    stride: int
+
+    def read(self, data: memoryview, place: int, order: _Order) -> tuple[Shaped[Array, " n"], int]:
+        """The records of a sequence that begins at the place, and the place behind them."""
+        (count,) = struct.unpack_from(f"{order}I", data, place)
+        if not count:
+            return np.empty(0, self.dtype), place + 4
+        start = _aligned(place + 4, self.first_alignment)
+        end = start + (count - 1) * self.stride + self.dtype.itemsize
+        if end > len(data):
+            raise DatasetsError(
+                f"truncated message: {count} records of {self.field} end at byte {end}, but it has {len(data)}"
+            )
+        dtype = self.dtype.newbyteorder(order)
+        return np.ndarray((count,), dtype, buffer=data, offset=start, strides=(self.stride,)), end
+
+
+class _Others(NamedTuple):
+    """Fields in a row that are no sequences of records, as a type of their own."""
+
+    name: str
+    alignment: int
+
+
+def has_records(store: Typestore, name: str) -> bool:
+    """Whether sequences of `RECORD_TYPES` are among the fields of a type."""
+    return any(_record_of(kind) is not None for _, kind in store.fielddefs[name][1])
+
+
+class RecordArrays:
+    """Reads the messages of a type that has sequences of `RECORD_TYPES` among its fields.
+
+    The message is the same object as otherwise, but for those fields. They are read in either byte order.
+
+    Raises:
+        DatasetsError: A record has fields that are no plain numbers, or records do not all lie alike.
+    """
+
+    def __init__(self, store: Typestore, name: str, encoding: str) -> None:
+        self._store, self._name, self._cdr = store, name, encoding == "cdr"
+        self._steps: list[_Records | _Others] = []
+        others: list[Any] = []
+        for field, kind in store.fielddefs[name][1]:
+            record = _record_of(kind)
+            if record is None:
+                others.append((field, kind))
+                continue
+            self._add_others(others)
+            self._steps.append(self._records(field, record))
+            others = []
+        self._add_others(others)
+
+    def read(self, data: memoryview) -> Any:
+        """The message.
+
+        Raises:
+            DatasetsError: There are fewer or more bytes than its content needs.
+        """
+        order: _Order = "<"
+        if self._cdr:
+            start = bytes(data[:2])
+            if start not in _CDR_ORDERS:
+                raise DatasetsError("the message is in an unknown encapsulation")
+            order, data = _CDR_ORDERS[start], data[4:]
+        values: list[Any] = []
+        place = 0
+        for step in self._steps:
+            place = _aligned(place, step.alignment)
+            if isinstance(step, _Records):
+                array, place = step.read(data, place, order)
+                values.append(array)
+            else:
+                kind = self._store.get_msgdef(step.name)
+                read: Any = kind.deserialize_ros1
+                if self._cdr:
+                    read = kind.deserialize_cdr_le if order == "<" else kind.deserialize_cdr_be
+                others, place = read(data, place, _tuple, self._store)
+                values += others
+        if not 0 <= len(data) - place <= (_CDR_PADDING if self._cdr else 0):
+            raise DatasetsError(f"a message of {len(data)} bytes, whose content takes {place}")
+        return self._store.types[self._name](*values)
+
+    def _add_others(self, fields: list[Any]) -> None:
+        if fields:
+            name = f"{self._name}Part{len(self._steps)}"
+            self._store.register({name: ([], fields)})
+            self._steps.append(_Others(name, self._alignment(fields[0][1])))
+
+    def _records(self, field: str, record: str) -> _Records:
+        names, kinds, offsets = [], [], []
+        end = 0
+        for name, (node, what) in self._store.fielddefs[record][1]:
+            if node != Nodetype.BASE or what[0] not in _CODES:
+                raise DatasetsError(f"{field} has records of {record}, whose {name} is no plain number")
+            kind = np.dtype(_CODES[str(what[0])])
+            place = _aligned(end, kind.itemsize if self._cdr else 1)
+            names.append(name)
+            kinds.append(kind)
+            offsets.append(place)
+            end = place + kind.itemsize
+        # CDR aligns numbers, not records: they all lie alike where the first number is the one to be aligned most.
+        first = kinds[0].itemsize if self._cdr else 1
+        if self._cdr and max(kind.itemsize for kind in kinds) > first:
+            raise DatasetsError(f"{field} has records of {record} that do not all lie alike in the message")
+        dtype = np.dtype({"names": names, "formats": kinds, "offsets": offsets, "itemsize": end})
+        return _Records(field, 4 if self._cdr else 1, dtype, first, _aligned(end, first))
+
+    def _alignment(self, kind: Any) -> int:
+        """Of which number of bytes the place of such a field is a multiple."""
+        node, what = kind
+        if not self._cdr:
+            return 1
+        if node == Nodetype.NAME:
+            return self._alignment(self._store.fielddefs[what][1][0][1])
+        if node == Nodetype.ARRAY:
+            return self._alignment(what[0])
+        return np.dtype(_CODES[what[0]]).itemsize if node == Nodetype.BASE and what[0] != "string" else 4
+
+
+def _record_of(kind: Any) -> str | None:
+    """The type of the records where the field is a sequence of them."""
+    if kind[0] == Nodetype.SEQUENCE and kind[1][0][0] == Nodetype.NAME and kind[1][0][1] in RECORD_TYPES:
+        return str(kind[1][0][1])
+    return None
+
+
+def _aligned(place: int, alignment: int) -> int:
+    return place + -place % alignment
+
+
+def _tuple(*values: Any) -> tuple[Any, ...]:
+    return values
