@@ -30,7 +30,8 @@ class TopicCandidates:
     camera_info: list[str] = field(default_factory=list)
     """CameraInfo of that camera; proposed: the one in the image's namespace."""
     lidar: list[str] = field(default_factory=list)
-    """PointCloud2 of the LiDAR, unfiltered and in the sensor's frame."""
+    """PointCloud2 of the LiDAR, unfiltered and in the sensor's frame; VLP-16 packets, Livox's CustomMsg, LaserScan; if
+    named, the old PointCloud."""
     odometry: list[str] = field(default_factory=list)
     """Odometry in a smooth local frame; if named, a PoseStamped, whose differences then give the speeds."""
     imu: list[str] = field(default_factory=list)

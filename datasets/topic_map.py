@@ -9,6 +9,7 @@ from navtool.datasets.recording import Topic
 from navtool.datasets.robot import NO_TOPIC, TopicCandidates
 from navtool.datasets.topic_score import (
     IMAGE_TYPES,
+    PLANAR_TYPES,
     STREAM_TYPES,
     camera_name,
     camera_namespaces,
@@ -55,7 +56,8 @@ def propose_topic_map(topics: Sequence[Topic]) -> TopicMap:
     """The map that types and names suggest; deterministic, and independent of the topics' order.
 
     A topic without messages is never chosen. Among topics of a fitting type the name decides (front before rear,
-    colour before depth, a local odometry before one with GPS); equal names' scores go to the shorter name.
+    colour before depth, a local odometry before one with GPS); equal names' scores go to the shorter name. A planar
+    scan is chosen only where there is no other cloud.
     """
     return resolve_topic_map(TopicCandidates(), topics)
 
@@ -83,6 +85,9 @@ def resolve_topic_map(candidates: TopicCandidates, topics: Sequence[Topic]) -> T
             chosen[stream] = _camera_info_of(chosen["image"], listed, notes)
         else:
             chosen[stream] = _best_by_name(stream, listed, notes)
+    lidar = chosen["lidar"]
+    if lidar is not None and listed[lidar].type in PLANAR_TYPES:
+        notes.append(f"lidar: {lidar} is a planar scan: its clouds are a line of points at the scanner's height")
     if faults:
         raise DatasetsError("; ".join(faults), where="topics", cure="correct the robot's candidate topics")
     transforms = tuple(sorted(t.name for t in listed.values() if t.type in TRANSFORM_TYPES and t.count > 0))
@@ -125,17 +130,17 @@ def _matches(candidate: str, listed: Mapping[str, Topic]) -> list[str]:
 
 def _best_by_name(stream: str, listed: Mapping[str, Topic], notes: list[str]) -> str | None:
     scored = [
-        (-score, _transport_rank(topic.name, topic.type), len(topic.name), topic.name)
+        (topic.type in PLANAR_TYPES, -score, _transport_rank(topic.name, topic.type), len(topic.name), topic.name)
         for topic in listed.values()
         if topic.type in STREAM_TYPES[stream] and topic.count > 0
         if (score := name_score(stream, topic.name)) is not None
     ]
     if not scored:
         return None
-    (cost, _, _, name), *others = sorted(scored)
+    (planar, cost, _, _, name), *others = sorted(scored)
     if cost > 0:
         notes.append(f"{stream}: {name} is taken for its type alone, its name hints at something else")
-    elif others and others[0][0] == cost and camera_name(others[0][-1]) != camera_name(name):
+    elif others and others[0][:2] == (planar, cost) and camera_name(others[0][-1]) != camera_name(name):
         notes.append(f"{stream}: {name} and {others[0][-1]} fit equally; name one in the robot file")
     return name
 

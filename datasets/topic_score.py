@@ -17,10 +17,21 @@ IMAGE_TYPES = (
     *foxglove("RawImage", "CompressedImage"),
 )
 
+PLANAR_TYPES = ("sensor_msgs/msg/LaserScan",)
+"""Types of clouds that lie in one plane; proposed only where a recording has no other cloud."""
+
 STREAM_TYPES: dict[str, tuple[str, ...]] = {
     "image": IMAGE_TYPES,
     "camera_info": ("sensor_msgs/msg/CameraInfo", *foxglove("CameraCalibration")),
-    "lidar": ("sensor_msgs/msg/PointCloud2", "velodyne_msgs/msg/VelodyneScan", *foxglove("PointCloud")),
+    "lidar": (
+        "sensor_msgs/msg/PointCloud2",
+        "velodyne_msgs/msg/VelodyneScan",
+        "livox_ros_driver/msg/CustomMsg",
+        "livox_ros_driver2/msg/CustomMsg",
+        "livox_interfaces/msg/CustomMsg",
+        *foxglove("PointCloud"),
+        *PLANAR_TYPES,
+    ),
     "odometry": ("nav_msgs/msg/Odometry",),
     "imu": ("sensor_msgs/msg/Imu",),
     "joints": ("sensor_msgs/msg/JointState",),
@@ -33,6 +44,7 @@ STREAM_TYPES: dict[str, tuple[str, ...]] = {
 _UNITREE = ("unitree_go/msg/LowState", "unitree_legged_msgs/msg/LowState")
 
 NAMED_TYPES: dict[str, tuple[str, ...]] = {
+    "lidar": ("sensor_msgs/msg/PointCloud",),
     "odometry": (
         "geometry_msgs/msg/PoseStamped",
         "geometry_msgs/msg/PoseWithCovarianceStamped",

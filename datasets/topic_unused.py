@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from navtool.datasets.recording import Topic
-from navtool.datasets.topic_score import IMAGE_TYPES, NAMED_TYPES, STREAM_TYPES, camera_name, name_score
+from navtool.datasets.topic_score import IMAGE_TYPES, NAMED_TYPES, PLANAR_TYPES, STREAM_TYPES, camera_name, name_score
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +31,15 @@ _WHAT = {
 }
 
 _BY_TYPE = (
-    (r"^sensor_msgs/msg/(LaserScan|MultiEchoLaserScan|LaserEcho)$", "a planar scan; the data set takes 3-D clouds"),
-    (r"^sensor_msgs/msg/PointCloud$", "the old cloud type; only PointCloud2 is read"),
-    (r"(PandarScan|PacketMsg|Packets?)$", "raw sensor packets; needs a packet decoder"),
-    (r"^livox_\w+/msg/CustomMsg$", "a vendor's own cloud; needs a vendor decoder or a PointCloud2 from the driver"),
+    (r"^sensor_msgs/msg/MultiEchoLaserScan$", "a planar scan of several echoes; record one of them as a LaserScan"),
+    (
+        r"^sensor_msgs/msg/PointCloud$",
+        "the old cloud type, of sensors or of features; name it as lidar in the robot file",
+    ),
+    (
+        r"(PandarScan|PacketMsg|Packets?)$",
+        "raw packets of a sensor, which are not decoded; record its driver's PointCloud2",
+    ),
     (r"^foxglove(\.|_msgs/msg/)CompressedVideo$", "a video stream, whose frames need those before them; record images"),
     (r"^foxglove(\.|_msgs/msg/)PoseInFrame$", "poses without speeds; name it as odometry in the robot file"),
     (r"^sensor_msgs/msg/(NavSatFix|NavSatStatus)$", "satellite positions have no column in the data set"),
@@ -77,7 +82,7 @@ def _reason(topic: Topic, chosen: Mapping[str, str | None]) -> str:
         return _image_reason(topic.name, chosen["image"])
     for stream, kinds in STREAM_TYPES.items():
         if topic.type in kinds:
-            return _stream_reason(stream, topic.name, chosen[stream])
+            return _stream_reason(stream, topic, chosen[stream])
     for pattern, reason in _BY_TYPE:
         if re.search(pattern, topic.type):
             return reason
@@ -98,11 +103,12 @@ def _image_reason(name: str, image: str | None) -> str:
     return f"the same images as {image} in another encoding" if same else f"another camera; {image} is used"
 
 
-def _stream_reason(stream: str, name: str, used: str | None) -> str:
+def _stream_reason(stream: str, topic: Topic, used: str | None) -> str:
     if used is not None:
-        return f"{_WHAT[stream]}; {used} is used"
+        what = "a planar scan" if topic.type in PLANAR_TYPES else _WHAT[stream]
+        return f"{what}; {used} is used"
     if stream == "camera_info":
         return _WHAT[stream]
-    if name_score(stream, name) is None:
+    if name_score(stream, topic.name) is None:
         return f"its name does not say that it is the {stream}; name it in the robot file if it is"
     return f"not among the robot's candidates for {stream}"

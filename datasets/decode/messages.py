@@ -26,7 +26,7 @@ class ImageFrame:
 
 @dataclass(frozen=True, kw_only=True)
 class PointCloud:
-    """The points of a LiDAR sweep in the sensor's frame, in the order they were recorded."""
+    """The points of a LiDAR's or planar scanner's sweep in the sensor's frame, in the order they were recorded."""
 
     stamp_ns: int | None
     frame_id: str
@@ -39,7 +39,7 @@ class PointCloud:
     time_s: Float32[Array, " n"] | None
     """Seconds relative to the header stamp, negative where the header marks the end of the sweep."""
     dropped_nonfinite: int
-    """Points left out because a coordinate was NaN or infinite."""
+    """Points left out because a coordinate was NaN or infinite; beams recorded as ranges without a return are none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,23 +111,6 @@ class TwistSample:
     frame_id: str
     linear: Float64[Array, " 3"]
     angular: Float64[Array, " 3"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class LaserScanSample:
-    """One sweep of a planar scanner; infinite and NaN ranges are kept as recorded."""
-
-    stamp_ns: int | None
-    frame_id: str
-    ranges: Float32[Array, " n"]
-    intensities: Float32[Array, " m"]
-    angle_min_rad: float
-    angle_max_rad: float
-    angle_increment_rad: float
-    time_increment_s: float
-    scan_time_s: float
-    range_min_m: float
-    range_max_m: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -231,7 +214,6 @@ type Decoded = (
     | JointSample
     | BatterySample
     | TwistSample
-    | LaserScanSample
     | CameraInfoSample
     | TransformsSample
     | NavSatSample

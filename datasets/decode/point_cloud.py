@@ -5,15 +5,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Shaped, UInt16
 
+from navtool.datasets.decode.finite_cloud import finite_cloud
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.decode.point_time import seconds_from_header
 from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.arrays import Array
 
-_INTENSITY = ("intensity", "intensities", "i", "reflectivity")
-_RING = ("ring", "line", "channel")
-_TIME = ("t", "time", "timestamp", "offset_time", "time_stamp")
+INTENSITY_NAMES = ("intensity", "intensities", "i", "reflectivity")
+RING_NAMES = ("ring", "line", "channel")
+TIME_NAMES = ("t", "time", "timestamp", "offset_time", "time_stamp")
 _DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 
 
@@ -45,24 +46,13 @@ def _decoded(message: Any) -> PointCloud:
     head = head_of(message)
     fields = _fields(message)
     points = _points(message, fields.names())
-    # By column: what works on clouds goes through one coordinate after the other.
     columns = np.empty((3, points.size), np.float32)
     for column, name in zip(columns, fields.xyz, strict=True):
         column.reshape(points.shape)[...] = points[name]
     intensity = None if fields.intensity is None else points[fields.intensity].astype(np.float32).reshape(-1)
-    ring = None if fields.ring is None else _ring(points[fields.ring].reshape(-1))
+    ring = None if fields.ring is None else ring_numbers(points[fields.ring].reshape(-1))
     time_s = None if fields.time is None else seconds_from_header(points[fields.time].reshape(-1), head.stamp_ns or 0)
-    x, y, z = columns
-    finite = np.isfinite(x) & np.isfinite(y) & np.isfinite(z)
-    kept: Any = slice(None) if finite.all() else finite
-    return PointCloud(
-        **head._asdict(),
-        xyz=columns[:, kept].T,
-        intensity=None if intensity is None else intensity[kept],
-        ring=None if ring is None else ring[kept],
-        time_s=None if time_s is None else time_s[kept],
-        dropped_nonfinite=finite.size - int(np.count_nonzero(finite)),
-    )
+    return finite_cloud(head, columns, intensity, ring, time_s)
 
 
 def _fields(message: Any) -> _Fields:
@@ -76,7 +66,10 @@ def _fields(message: Any) -> _Fields:
             cure="map a topic with Cartesian points",
         )
     xyz = (names.get("x", "x"), names.get("y", "y"), names.get("z", "z"))
-    return _Fields(xyz, *(next((names[x] for x in known if x in names), None) for known in (_INTENSITY, _RING, _TIME)))
+    return _Fields(
+        xyz,
+        *(next((names[x] for x in known if x in names), None) for known in (INTENSITY_NAMES, RING_NAMES, TIME_NAMES)),
+    )
 
 
 def _points(message: Any, used: set[str]) -> Shaped[Array, "h w"]:
@@ -119,7 +112,7 @@ def _dtype(message: Any, used: set[str], order: str) -> np.dtype[np.void]:
     return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": int(message.point_step)})
 
 
-def _ring(ring: Shaped[Array, " n"]) -> UInt16[Array, " n"] | None:
+def ring_numbers(ring: Shaped[Array, " n"]) -> UInt16[Array, " n"] | None:
     """The laser of each point; None where the values cannot be such numbers."""
     if ring.dtype.kind == "u" and ring.dtype.itemsize <= 2:
         return ring.astype(np.uint16)

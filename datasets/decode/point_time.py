@@ -36,3 +36,20 @@ def seconds_from_header(time: Shaped[Array, " n"], stamp_ns: int) -> Float32[Arr
     if abs(largest - origin) > _SAME_CLOCK_S * units_per_s:
         origin = float(finite.min())
     return ((time - origin) / units_per_s).astype(np.float32)
+
+
+def seconds_from_base(offset_ns: Shaped[Array, " n"], base_ns: int, stamp_ns: int) -> Float32[Array, " n"]:
+    """Seconds after the header's stamp of times that count from a base in the message (Livox).
+
+    The drivers stamp the header with that base. Where somebody else stamped it, within 10 s both count as times of one
+    clock; beyond, they are of different clocks (or one was left unset), and the header's stamp is taken for the base.
+
+    Args:
+        offset_ns: Unsigned nanoseconds from the base.
+        base_ns: The base, in nanoseconds of the sensor's clock.
+        stamp_ns: The header's stamp.
+    """
+    shift_ns = base_ns - stamp_ns
+    if abs(shift_ns) > _SAME_CLOCK_S * 1e9:
+        shift_ns = 0
+    return ((offset_ns.astype(np.float64) + shift_ns) * 1e-9).astype(np.float32)

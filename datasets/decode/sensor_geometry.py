@@ -1,11 +1,11 @@
-"""Where sensors are and how they see: calibrations, transforms, planar scans."""
+"""Where sensors are and how they see: calibrations and transforms."""
 
 from typing import Any
 
 import numpy as np
 
 from navtool.datasets.decode.header import NO_HEAD, head_of, nanoseconds
-from navtool.datasets.decode.messages import CameraInfoSample, LaserScanSample, Transform, TransformsSample
+from navtool.datasets.decode.messages import CameraInfoSample, Transform, TransformsSample
 from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_quaternion
@@ -48,22 +48,6 @@ def decode_transforms(message: Any) -> TransformsSample:
         DatasetsError: A rotation is no rotation.
     """
     return TransformsSample(**NO_HEAD._asdict(), transforms=tuple(_transform(x) for x in message.transforms))
-
-
-def decode_laser_scan(message: Any) -> LaserScanSample:
-    """``sensor_msgs/LaserScan``."""
-    return LaserScanSample(
-        **head_of(message)._asdict(),
-        ranges=np.asarray(message.ranges, np.float32),
-        intensities=np.asarray(message.intensities, np.float32),
-        angle_min_rad=float(message.angle_min),
-        angle_max_rad=float(message.angle_max),
-        angle_increment_rad=float(message.angle_increment),
-        time_increment_s=float(message.time_increment),
-        scan_time_s=float(message.scan_time),
-        range_min_m=float(message.range_min),
-        range_max_m=float(message.range_max),
-    )
 
 
 def _transform(stamped: Any) -> Transform:

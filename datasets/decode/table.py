@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from navtool.datasets.decode.channel_cloud import decode_channel_cloud
 from navtool.datasets.decode.compressed_image import decode_compressed_image
 from navtool.datasets.decode.foxglove import (
     decode_foxglove_calibration,
@@ -14,6 +15,8 @@ from navtool.datasets.decode.foxglove import (
     decode_foxglove_transforms,
 )
 from navtool.datasets.decode.image import decode_image
+from navtool.datasets.decode.laser_scan import decode_laser_scan
+from navtool.datasets.decode.livox import decode_livox
 from navtool.datasets.decode.messages import Decoded
 from navtool.datasets.decode.motion import (
     decode_imu,
@@ -34,7 +37,7 @@ from navtool.datasets.decode.robot_state import (
     decode_joy,
     decode_string,
 )
-from navtool.datasets.decode.sensor_geometry import decode_camera_info, decode_laser_scan, decode_transforms
+from navtool.datasets.decode.sensor_geometry import decode_camera_info, decode_transforms
 from navtool.datasets.decode.velodyne_packets import decode_velodyne_scan
 from navtool.datasets.decode.vendor_state import (
     decode_anymal_state,
@@ -77,6 +80,9 @@ DECODERS: dict[str, Decoder] = {
     "geometry_msgs/msg/Twist": decode_twist,
     "geometry_msgs/msg/TwistStamped": decode_twist_stamped,
     "geometry_msgs/msg/TwistWithCovarianceStamped": decode_twist_with_covariance_stamped,
+    "livox_interfaces/msg/CustomMsg": decode_livox,
+    "livox_ros_driver/msg/CustomMsg": decode_livox,
+    "livox_ros_driver2/msg/CustomMsg": decode_livox,
     "nav_msgs/msg/Odometry": decode_odometry,
     "sensor_msgs/msg/BatteryState": decode_battery_state,
     "sensor_msgs/msg/CameraInfo": decode_camera_info,
@@ -87,6 +93,7 @@ DECODERS: dict[str, Decoder] = {
     "sensor_msgs/msg/Joy": decode_joy,
     "sensor_msgs/msg/LaserScan": decode_laser_scan,
     "sensor_msgs/msg/NavSatFix": decode_nav_sat_fix,
+    "sensor_msgs/msg/PointCloud": decode_channel_cloud,
     "sensor_msgs/msg/PointCloud2": decode_point_cloud,
     "std_msgs/msg/Bool": decode_bool,
     "std_msgs/msg/Float32": decode_float,

@@ -134,29 +134,6 @@ def test_battery(decode: Make) -> None:
     assert math.isnan(sample.percentage)
 
 
-def test_a_laser_scan_keeps_ranges_that_are_not_finite(decode: Make) -> None:
-    fields = {
-        **HEAD,
-        "angle_min": -0.5,
-        "angle_max": 0.5,
-        "angle_increment": 0.25,
-        "time_increment": 0.125,
-        "scan_time": 2.0,
-        "range_min": 0.0625,
-        "range_max": 30.0,
-        "ranges": [1.0, math.inf, math.nan, -math.inf],
-        "intensities": [5.0],
-    }
-    sample = decode("sensor_msgs/msg/LaserScan", fields)
-    assert isinstance(sample, m.LaserScanSample)
-    assert_head(sample)
-    np.testing.assert_array_equal(sample.ranges, [1.0, math.inf, math.nan, -math.inf])
-    assert sample.intensities.tolist() == [5.0]
-    assert (sample.angle_min_rad, sample.angle_max_rad, sample.angle_increment_rad) == (-0.5, 0.5, 0.25)
-    assert (sample.time_increment_s, sample.scan_time_s) == (0.125, 2.0)
-    assert (sample.range_min_m, sample.range_max_m) == (0.0625, 30.0)
-
-
 CALIBRATION = {
     **HEAD,
     "width": 640,

@@ -147,7 +147,7 @@ def test_an_imu_whose_stamps_run_backwards_is_told_from_the_good_one(recordings:
         ("rosbag_js/no-messages.bag", set()),
         ("plotjuggler/rosbag2_test", {"imu", "battery"}),
         ("evo/nav2_turtlebot.mcap", {"odometry"}),
-        ("jackal_velodyne_scan/test_2026-02-17-16-26-34.bag", {"command"}),
+        ("jackal_velodyne_scan/test_2026-02-17-16-26-34.bag", {"lidar", "command"}),
     ],
 )
 def test_what_other_real_recordings_can_feed(recordings: Path, name: str, streams: set[str]) -> None:

@@ -13,7 +13,9 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.config import IngestConfig, Merge
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.reader import NavDataset
+from navtool.datasets.recording import Topic
 from navtool.datasets.robot import JoyCommand, RobotConfig, TopicCandidates
+from navtool.datasets.topic_map import resolve_topic_map
 
 PRESETS = sorted(path.stem for path in (Path(__file__).parents[2] / "configs" / "robot").glob("*.yaml"))
 DRIVE = {
@@ -104,9 +106,16 @@ def _sport(stamp: dict[str, Any]) -> dict[str, Any]:
     return {"stamp": time, "position": [0.7 * along, 0, 0.3], "imu_state": {"quaternion": [1, 0, 0, 0]}}
 
 
+def _scan(stamp: dict[str, Any]) -> dict[str, Any]:
+    limits = {"angle_min": -2.0, "angle_increment": 0.005, "range_min": 0.1, "range_max": 20.0}
+    return {**stamp, **limits, "ranges": np.linspace(3.0, 6.0, 800)}
+
+
 OTHER_TYPES: dict[tuple[str, str], tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]] = {
     ("rellis3d", "battery"): ("std_msgs/msg/Float64", _float),
     ("rellis3d", "image"): ("sensor_msgs/msg/Image", _mosaic),
+    ("turtlebot4", "lidar"): ("sensor_msgs/msg/LaserScan", _scan),
+    ("paad", "lidar"): ("sensor_msgs/msg/LaserScan", _scan),
     ("spot_ros1", "image"): ("sensor_msgs/msg/Image", _jpeg_called_rgb8),
     ("spot_ros1", "battery"): ("spot_msgs/msg/BatteryStateArray", _batteries),
     ("spot_ros2", "battery"): ("spot_msgs/msg/BatteryStateArray", _batteries),
@@ -148,8 +157,7 @@ def _recorded(name: str, robot: RobotConfig, entries: list[Any], *, ros1: bool) 
             if (name, stream) in OTHER_TYPES:
                 kind, make = OTHER_TYPES[name, stream]
                 header = {"stamp": {"sec": record_ns // 10**9, "nanosec": record_ns % 10**9}, "frame_id": ""}
-                if stream == "image":
-                    header["frame_id"] = "camera_optical"
+                header["frame_id"] = {"image": "camera_optical", "lidar": "lidar"}.get(stream, "")
                 fields = make({"header": header | ({"seq": 0} if ros1 else {})})
             if stream == "joints" and robot.joint_names:
                 names = list(reversed(robot.joint_names))
@@ -174,6 +182,7 @@ def test_a_preset_reads_the_recordings_of_its_robot(
     if "lidar" in topics:
         assert dataset.calibration(0).base_lidar is not None
         assert dataset.column("valid.lidar")[2:].all()
+        assert dataset.column("observation.lidar.count")[2:].min() > 50
     if "battery" in topics:
         sign = 6.5 / 4.0 if name == "rellis3d" else 1.0
         current = dataset.column("observation.proprioception")[5, -1]
@@ -198,6 +207,23 @@ def test_a_preset_reads_the_recordings_of_its_robot(
     if (name, "image") in OTHER_TYPES:
         red, green, blue = dataset.image(3).reshape(-1, 3).mean(axis=0)
         assert red > 2 * max(green, blue)
+
+
+@pytest.mark.parametrize(
+    ("name", "topic"),
+    [
+        ("jackal", "/rplidar/scan"),
+        ("husky", "/front/scan"),
+        ("musohu", "/scan"),
+        ("clearpath_ros2", "/a200/sensors/lidar2d_0/scan"),
+    ],
+)
+def test_a_planar_scanner_stands_in_for_the_lidar_that_a_robot_lacks(name: str, topic: str) -> None:
+    scanner, robot = Topic(topic, "sensor_msgs/msg/LaserScan", 9), _robot(name)
+    lidar = next(iter(robot.topics.lidar), "/velodyne_points")
+    cloud = Topic(lidar if lidar.startswith("/") else f"/a200/{lidar}", "sensor_msgs/msg/PointCloud2", 9)
+    assert resolve_topic_map(robot.topics, [scanner]).lidar == topic
+    assert resolve_topic_map(robot.topics, [scanner, cloud]).lidar == cloud.name
 
 
 def test_the_bags_of_a_mission_become_one_episode(

@@ -26,6 +26,8 @@ TYPES = {
     "Bool": "std_msgs/msg/Bool",
     "Tf": "tf2_msgs/msg/TFMessage",
     "Scan": "sensor_msgs/msg/LaserScan",
+    "Echoes": "sensor_msgs/msg/MultiEchoLaserScan",
+    "OldCloud": "sensor_msgs/msg/PointCloud",
     "Fix": "sensor_msgs/msg/NavSatFix",
     "Packets": "velodyne_msgs/msg/VelodyneScan",
     "Livox": "livox_ros_driver2/msg/CustomMsg",
@@ -125,7 +127,7 @@ RECORDINGS: dict[str, tuple[str, dict[str, str | None]]] = {
         Imu /imu/data_raw; Odometry /odometry/filtered; Twist /cmd_vel; Bool /collision/any;
         Bool /collision/stuck
         """,
-        {"image": "/cam_left/image_raw", "command": "/cmd_vel", "intervention": None, "lidar": None},
+        {"image": "/cam_left/image_raw", "command": "/cmd_vel", "intervention": None, "lidar": "/rplidar/scan"},
     ),
     "only infrared, only depth clouds": (
         """
@@ -134,6 +136,22 @@ RECORDINGS: dict[str, tuple[str, dict[str, str | None]]] = {
         """,
         {"image": "/camera_forward/infra1/image_rect_raw", "lidar": "/camera/depth/color/points"},
     ),
+    "a planar scan beside clouds": (
+        "Scan /scan; Scan /front/scan; Cloud /camera/depth/color/points; Cloud /rear/points",
+        {"lidar": "/rear/points"},
+    ),
+    "a planar scan beside a cloud that its name speaks against": (
+        "Scan /lidar/scan; Cloud /camera/depth/color/points",
+        {"lidar": "/camera/depth/color/points"},
+    ),
+    "a planar scan beside a cloud without messages": (
+        "Scan /scan; Cloud /points 0; Livox /livox/lidar 0",
+        {"lidar": "/scan"},
+    ),
+    "several planar scans": ("Scan /rear/scan; Scan /front/scan; Scan /camera/scan", {"lidar": "/front/scan"}),
+    "Livox and a planar scan": ("Scan /scan; Livox /livox/lidar; Imu /livox/imu", {"lidar": "/livox/lidar"}),
+    "Livox in both forms": ("Livox /livox/lidar; Cloud /livox/points", {"lidar": "/livox/points"}),
+    "the older cloud is nobody's": ("OldCloud /vins_estimator/point_cloud; Scan /scan", {"lidar": "/scan"}),
     "a measured velocity is no command": ("TwistStamped /velocity; Twist /controller_output_linear", {"command": None}),
 }
 
@@ -180,7 +198,8 @@ def reasons(text: str) -> dict[str, str]:
 def test_what_is_left_over_says_why() -> None:
     given_reasons = reasons(
         "Image /front/image_raw; Jpeg /front/image_raw/compressed; Image /rear/image_raw; Info /rear/camera_info;"
-        "Image /front/depth/image_raw; Scan /scan; Fix /fix; Livox /livox/lidar; Joy /joy;"
+        "Image /front/depth/image_raw; Scan /scan; Fix /fix; Livox /livox/lidar; Livox /livox/other; Joy /joy;"
+        "Echoes /echoes; OldCloud /features;"
         "ouster_ros/msg/PacketMsg /os_node/lidar_packets;"
         "Odometry /odom; Odometry /gps/odom; Imu /imu 0; my_msgs/msg/Thing /thing; Twist /velocity;"
         "geometry_msgs/msg/PoseStamped /pose"
@@ -192,15 +211,45 @@ def test_what_is_left_over_says_why() -> None:
         "/gps/odom": "another odometry; /odom is used",
         "/imu": "no messages",
         "/joy": "joystick axes are not velocities; name it as command, with `joy`, in the robot file",
-        "/livox/lidar": "a vendor's own cloud; needs a vendor decoder or a PointCloud2 from the driver",
+        "/echoes": "a planar scan of several echoes; record one of them as a LaserScan",
+        "/features": "the old cloud type, of sensors or of features; name it as lidar in the robot file",
+        "/livox/other": "another point cloud; /livox/lidar is used",
         "/pose": "poses without speeds; name it as odometry in the robot file if they are the robot's own",
         "/rear/camera_info": "calibration of a camera that is not used",
         "/rear/image_raw": "another camera; /front/image_raw is used",
-        "/scan": "a planar scan; the data set takes 3-D clouds",
+        "/scan": "a planar scan; /livox/lidar is used",
         "/thing": "no decoder for my_msgs/msg/Thing",
         "/velocity": "its name does not say that it is the command; name it in the robot file if it is",
-        "/os_node/lidar_packets": "raw sensor packets; needs a packet decoder",
+        "/os_node/lidar_packets": "raw packets of a sensor, which are not decoded; record its driver's PointCloud2",
     }
+
+
+def test_a_planar_scan_is_told_whether_it_is_proposed_or_named() -> None:
+    note = "lidar: /scan is a planar scan: its clouds are a line of points at the scanner's height"
+    proposed = propose_topic_map(listed("Scan /scan; Scan /other_scan"))
+    assert note in proposed.notes
+    assert [(topic.name, topic.reason) for topic in proposed.not_used] == [
+        ("/other_scan", "a planar scan; /scan is used")
+    ]
+    both = listed("Scan /scan; Cloud /points")
+    named = resolve_topic_map(TopicCandidates(lidar=["/absent", "scan"]), both)
+    assert named.lidar == "/scan"
+    assert note in named.notes
+    assert [topic.reason for topic in named.not_used] == ["another point cloud; /scan is used"]
+    assert propose_topic_map(both).notes == ()
+    left_out = resolve_topic_map(TopicCandidates(lidar=["none"]), listed("Scan /scan"))
+    assert [topic.reason for topic in left_out.not_used] == ["not among the robot's candidates for lidar"]
+    equal = propose_topic_map(listed("Scan /scan_a; Scan /scan_b"))
+    assert "lidar: /scan_a and /scan_b fit equally; name one in the robot file" in equal.notes
+
+
+@given(topics=ANY_TOPICS)
+def test_planar_scans_change_nothing_where_there_is_a_cloud(topics: list[Topic]) -> None:
+    without = [topic for topic in topics if topic.type != TYPES["Scan"]]
+    all_of_them, others = propose_topic_map(topics), propose_topic_map(without)
+    if others.lidar is not None:
+        assert all_of_them.lidar == others.lidar
+        assert all_of_them.notes == others.notes
 
 
 def test_candidates_are_taken_in_order_and_never_replaced_by_a_guess() -> None:
