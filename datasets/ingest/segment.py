@@ -51,6 +51,8 @@ class Segment:
     image: bool
     lidar: bool
     base_lidar: Float64[Array, "4 4"] | None
+    sound: bool
+    """Whether the first pass read the recording through without a fault."""
     motion: Motion | None
     """The robot's motion in this portion, by which its clouds are compensated; None leaves them as measured."""
 
@@ -120,6 +122,7 @@ def _segment(
         image=plan.contents.image,
         lidar=plan.contents.lidar,
         base_lidar=plan.calibration.base_lidar,
+        sound=not plan.faults,
         motion=None if plan.motion is None else _motion(plan.motion, plan.large.get("lidar"), needed.get("lidar", [])),
     )
 

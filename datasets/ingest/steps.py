@@ -79,7 +79,8 @@ def plan_step(
 
 def segment_step(path: Path, segment: Segment, config: IngestConfig, staged: Path, advance: Advance) -> SegmentResult:
     """Read one segment of a recording and write its part of the episode."""
-    with _output_errors(staged), open_recording(path, merged=config.merge is Merge.folder) as recording:
+    merged = config.merge is Merge.folder
+    with _output_errors(staged), open_recording(path, merged=merged, verify=not segment.sound) as recording:
         return write_segment(recording, segment, config, staged, advance)
 
 

@@ -28,15 +28,16 @@ _LOOSE_BYTES = 1 << 22
 
 
 class McapSource:
-    """One ``.mcap`` file, read chunk by chunk; their checksums are verified, and errors name the place.
+    """One ``.mcap`` file, read chunk by chunk; checksums are verified unless told otherwise, and errors name the place.
 
     The summary at its end says what each chunk holds. Where there is none, or where it does not fit the file, every
     record is looked at once, in the order of the file, up to where it ends; whatever cannot be read is skipped and told
     in ``faults``.
     """
 
-    def __init__(self, path: Path, *, where: Path) -> None:
+    def __init__(self, path: Path, *, where: Path, verify: bool = True) -> None:
         self.where = where
+        self._verify = verify
         self._found: list[str] = []
         self._schemas: dict[int, Schema] = {}
         self._records: dict[int, ChannelRecord] = {}
@@ -84,7 +85,7 @@ class McapSource:
         if record.op != mcap_file.CHUNK:
             raise ValueError("there is no chunk")
         head = mcap_file.chunk_head(self._content, record)
-        return mcap_file.messages_in(mcap_file.chunk_contents(self._content, head), wanted)
+        return mcap_file.messages_in(mcap_file.chunk_contents(self._content, head, verify=self._verify), wanted)
 
     def _by_summary(self, file: BinaryIO) -> list[Chunk]:
         """The chunks as the summary lists them, or as they are found in the order of the file."""

@@ -22,7 +22,7 @@ _MAGIC = {
 }
 
 
-def open_recording(path: Path, *, ros_distro: str = "humble", merged: bool = False) -> Recording:
+def open_recording(path: Path, *, ros_distro: str = "humble", merged: bool = False, verify: bool = True) -> Recording:
     """The recording at a path, to be used as a context manager.
 
     Args:
@@ -30,6 +30,7 @@ def open_recording(path: Path, *, ros_distro: str = "humble", merged: bool = Fal
             not the name. One file of a split recording is a recording of its own.
         merged: Whether all recordings in a folder are one, as the bags of a mission are, one a sensor; they may be of
             several formats.
+        verify: Whether checksums are compared; not needed of a recording that was just read through without a fault.
         ros_distro: ROS 2 distribution whose message definitions stand in where the recording embeds none.
 
     Raises:
@@ -45,20 +46,20 @@ def open_recording(path: Path, *, ros_distro: str = "humble", merged: bool = Fal
         if len(set(formats)) > 1 and not mission:
             raise DatasetsError(f"its files have different formats: {', '.join(sorted(set(formats)))}", where=path)
         sources = [
-            resources.enter_context(closing(_source(kind, content, file)))
+            resources.enter_context(closing(_source(kind, content, file, verify=verify)))
             for kind, content, file in zip(formats, contents, files, strict=True)
         ]
         return Recording(path, formats[0], sources, ros_distro=ros_distro, resources=resources.pop_all())
 
 
-def _source(recording_format: RecordingFormat, content: Path, file: Path) -> Source:
+def _source(recording_format: RecordingFormat, content: Path, file: Path, *, verify: bool) -> Source:
     match recording_format:
         case RecordingFormat.ros1:
             return Ros1Source(content, where=file)
         case RecordingFormat.ros2_db3:
             return Db3Source(content, where=file)
         case RecordingFormat.mcap:
-            return McapSource(content, where=file)
+            return McapSource(content, where=file, verify=verify)
 
 
 def _format_of(content: Path, file: Path) -> RecordingFormat:
