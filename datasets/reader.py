@@ -206,7 +206,8 @@ class NavDataset:
             rows: Array = column.flatten().to_numpy(zero_copy_only=False).reshape(len(column), -1)
             return rows
         values: Array = column.to_numpy(zero_copy_only=False)
-        return values
+        # A vector of one named element, as of a robot with a battery and no joints, stays a vector.
+        return values if self.features[name].names is None else values.reshape(-1, 1)
 
     def _data_file(self, episode: Episode) -> pq.ParquetFile:
         path = self.layout.data(episode.index)

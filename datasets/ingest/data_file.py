@@ -60,10 +60,10 @@ WRITER_OPTIONS: dict[str, object] = {
 
 
 def to_arrow(values: Column, kind: pa.DataType) -> pa.Array:
-    """A column's rows as an Arrow array of the schema's type."""
+    """A column's rows as an Arrow array of the schema's type; a vector of one element becomes a plain value."""
     if pa.types.is_fixed_size_list(kind):
         return pa.FixedSizeListArray.from_arrays(number_array(np.ascontiguousarray(values).reshape(-1)), type=kind)
-    return pa.array(values.tolist(), type=kind) if values.dtype == np.object_ else number_array(values)
+    return pa.array(values.tolist(), type=kind) if values.dtype == np.object_ else number_array(values.reshape(-1))
 
 
 def _cloud_array(points: Float32[Array, "rows 10000 3"]) -> pa.ListArray:

@@ -78,6 +78,19 @@ def test_values_are_those_of_the_drive(write_recording: Write, drive_entries: Dr
     assert check_dataset(out).passed
 
 
+def test_a_battery_without_joints_is_a_column_of_its_own(
+    write_recording: Write, drive_entries: Drive, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    report = _ingest([write_recording("mcap", drive_entries(streams=("odometry", "battery")))], out)
+    assert report.quarantined == []
+    dataset = NavDataset(out)
+    column = dataset.column("observation.proprioception")
+    assert dataset.features["observation.proprioception"].names == ("battery_current_a",)
+    np.testing.assert_array_equal(column[dataset.column("valid.battery")], [[4.0]] * 30)
+    assert check_dataset(out).passed
+
+
 def test_clouds_lie_in_the_robot_frame_in_front_and_whole_beside(
     write_recording: Write, drive_entries: Drive, tmp_path: Path
 ) -> None:
