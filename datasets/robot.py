@@ -39,11 +39,11 @@ class TopicCandidates:
     joints: list[str] = field(default_factory=list)
     """JointState."""
     battery: list[str] = field(default_factory=list)
-    """BatteryState, or if named a Float32 or Float64 with the current in A."""
+    """BatteryState, or if named a vendor's state or a Float32 or Float64 with the current in A."""
     command: list[str] = field(default_factory=list)
     """Twist or TwistStamped, or if named Odometry or Joy: the velocity asked of the robot."""
     intervention: list[str] = field(default_factory=list)
-    """std_msgs Bool: true while an operator overrides the robot."""
+    """std_msgs Bool: true while an operator overrides the robot; or if named a vendor's state with a stop or pedals."""
 
     def __post_init__(self) -> None:
         for entry in fields(self):

@@ -41,7 +41,12 @@ STREAM_TYPES: dict[str, tuple[str, ...]] = {
 }
 """The message types that each stream can be read from, in the order of the data set's streams."""
 
-_UNITREE = ("unitree_go/msg/LowState", "unitree_legged_msgs/msg/LowState")
+_UNITREE = (
+    "unitree_go/msg/LowState",
+    "unitree_legged_msgs/msg/LowState",
+    "unitree_legged_msgs/msg/HighState",
+)
+_STATUS_WITH_STOP = ("husky_msgs/msg/HuskyStatus", "warthog_msgs/msg/Status")
 
 NAMED_TYPES: dict[str, tuple[str, ...]] = {
     "lidar": ("sensor_msgs/msg/PointCloud",),
@@ -56,9 +61,11 @@ NAMED_TYPES: dict[str, tuple[str, ...]] = {
     "battery": (
         "std_msgs/msg/Float32",
         "std_msgs/msg/Float64",
-        "spot_msgs/msg/BatteryStateArray",
-        "husky_msgs/msg/HuskyStatus",
+        "anymal_msgs/msg/BatteryState",
+        "clearpath_platform_msgs/msg/Power",
         "jackal_msgs/msg/Status",
+        "spot_msgs/msg/BatteryStateArray",
+        *_STATUS_WITH_STOP,
         *_UNITREE,
     ),
     "command": (
@@ -66,6 +73,7 @@ NAMED_TYPES: dict[str, tuple[str, ...]] = {
         "sensor_msgs/msg/Joy",
         "geometry_msgs/msg/TwistWithCovarianceStamped",
     ),
+    "intervention": ("racepak/msg/rp_controls", *_STATUS_WITH_STOP),
 }
 """Types from which a stream is read only where its topic is named: by itself such a topic may be anything."""
 

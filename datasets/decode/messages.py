@@ -187,13 +187,14 @@ class JoySample:
 
 @dataclass(frozen=True, kw_only=True)
 class RobotStateSample:
-    """Several of a robot's streams in one message; each has the message's stamp."""
+    """Several of a robot's streams in one message, by their names; None where the message's layout lacks one."""
 
     stamp_ns: int | None
     frame_id: str
-    joints: JointSample
-    imu: ImuSample
-    battery: BatterySample
+    joints: JointSample | None = None
+    imu: ImuSample | None = None
+    battery: BatterySample | None = None
+    intervention: BoolSample | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

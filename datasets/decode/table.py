@@ -40,12 +40,16 @@ from navtool.datasets.decode.robot_state import (
 from navtool.datasets.decode.sensor_geometry import decode_camera_info, decode_transforms
 from navtool.datasets.decode.velodyne_packets import decode_velodyne_scan
 from navtool.datasets.decode.vendor_state import (
+    decode_anymal_battery,
     decode_anymal_state,
+    decode_clearpath_power,
     decode_husky_status,
     decode_jackal_status,
+    decode_racepak_controls,
     decode_spot_batteries,
-    decode_unitree_low_state,
     decode_unitree_sport_state,
+    decode_unitree_state,
+    decode_warthog_status,
 )
 
 type Decoder = Callable[[Any], Decoded]
@@ -62,12 +66,17 @@ _FOXGLOVE: dict[str, Decoder] = {
 
 VENDOR_DECODERS: dict[str, Decoder] = {
     "anymal_msgs/msg/AnymalState": decode_anymal_state,
+    "anymal_msgs/msg/BatteryState": decode_anymal_battery,
+    "clearpath_platform_msgs/msg/Power": decode_clearpath_power,
     "husky_msgs/msg/HuskyStatus": decode_husky_status,
     "jackal_msgs/msg/Status": decode_jackal_status,
+    "racepak/msg/rp_controls": decode_racepak_controls,
     "spot_msgs/msg/BatteryStateArray": decode_spot_batteries,
-    "unitree_go/msg/LowState": decode_unitree_low_state,
+    "unitree_go/msg/LowState": decode_unitree_state,
     "unitree_go/msg/SportModeState": decode_unitree_sport_state,
-    "unitree_legged_msgs/msg/LowState": decode_unitree_low_state,
+    "unitree_legged_msgs/msg/HighState": decode_unitree_state,
+    "unitree_legged_msgs/msg/LowState": decode_unitree_state,
+    "warthog_msgs/msg/Status": decode_warthog_status,
 }
 """Types that only the recording itself defines."""
 

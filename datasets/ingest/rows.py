@@ -58,10 +58,10 @@ def rows_of(sample: object, stream: str, joint_names: tuple[str, ...], joy: JoyC
         joy: How a joystick's axes become a velocity.
 
     Raises:
-        DatasetsError: If the type is not one of the small streams'.
+        DatasetsError: If the type is not one of the small streams', or a message of several streams lacks this one.
     """
     if isinstance(sample, RobotStateSample):
-        sample = getattr(sample, stream, None)
+        sample = _part(sample, stream)
     match sample:
         case TwistSample(linear=linear, angular=angular):
             return StreamRows(sample.stamp_ns, sample.frame_id, TWIST_COLUMNS, _flat(linear, angular))
@@ -91,6 +91,13 @@ def rows_of(sample: object, stream: str, joint_names: tuple[str, ...], joy: JoyC
             return _joint_row(sample, joint_names or sample.names)
         case _:
             raise DatasetsError(f"{type(sample).__name__} cannot feed a stream", cure="name a topic of a fitting type")
+
+
+def _part(sample: RobotStateSample, stream: str) -> object:
+    part: object = getattr(sample, stream, None)
+    if part is None:
+        raise DatasetsError(f"the message holds no {stream}", cure=f"name another topic for {stream}")
+    return part
 
 
 def _velocity(sample: JoySample, joy: JoyCommand | None) -> tuple[float, ...]:

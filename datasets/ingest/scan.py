@@ -7,7 +7,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from navtool.datasets.decode.messages import CameraInfoSample, ImageFrame, PointCloud, Transform, TransformsSample
+from navtool.datasets.decode.messages import (
+    CameraInfoSample,
+    Decoded,
+    ImageFrame,
+    PointCloud,
+    Transform,
+    TransformsSample,
+)
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.clock import NO_STAMP
 from navtool.datasets.ingest.fast_rows import FastRows
@@ -94,13 +101,14 @@ def scan_recording(
         scan.streams["joints"].joint_names = joint_names
     fast = FastRows(recording)
     for raw in recording.messages((*by_topic, *static)):
+        message = _Message(recording, raw)
         for stream in by_topic.get(raw.topic, ("transforms",)):
             if stream in ("transforms", "camera_info"):
                 _add_geometry(scan, recording, raw)
             elif stream in LARGE:
                 _add_stamp(scan.streams[stream], recording, raw)
             else:
-                _add_row(scan.streams[stream], stream, joy, recording, fast, raw)
+                _add_row(scan.streams[stream], stream, joy, message, fast)
         if advance is not None:
             advance(len(raw.data))
     for stream in LARGE:
@@ -133,13 +141,31 @@ def _add_stamp(stream: StreamScan, recording: Recording, raw: RawMessage) -> Non
             stream.native_size = (len(sample.xyz), 1)
 
 
-def _add_row(
-    stream: StreamScan, name: str, joy: JoyCommand | None, recording: Recording, fast: FastRows, raw: RawMessage
-) -> None:
+@dataclass(slots=True)
+class _Message:
+    """A message that is decoded once, however many streams it feeds."""
+
+    recording: Recording
+    raw: RawMessage
+    _decoded: Decoded | DatasetsError | None = None
+
+    def decode(self) -> Decoded:
+        if self._decoded is None:
+            try:
+                self._decoded = self.recording.decode(self.raw)
+            except DatasetsError as error:
+                self._decoded = error
+        if isinstance(self._decoded, DatasetsError):
+            raise self._decoded
+        return self._decoded
+
+
+def _add_row(stream: StreamScan, name: str, joy: JoyCommand | None, message: _Message, fast: FastRows) -> None:
+    raw = message.raw
     rows = _fast_row(stream, name, fast, raw)
     if rows is None:
         try:
-            rows = rows_of(recording.decode(raw), name, stream.joint_names, joy)
+            rows = rows_of(message.decode(), name, stream.joint_names, joy)
         except DatasetsError as error:
             _count_fault(stream, error)
             return

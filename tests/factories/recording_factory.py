@@ -18,6 +18,8 @@ from navtool.datasets.recording.message_type import MessageType, message_type
 from navtool.datasets.recording.source import Definition
 
 type Fields = Mapping[str, Any]
+type Types = tuple[tuple[str, str], ...]
+"""Message types and their definitions, in place of those that the factory knows."""
 type Entry = tuple[str, str, int, Fields]
 """Topic, type, record time in nanoseconds, fields; what the fields leave out is zero, empty or false."""
 
@@ -64,37 +66,37 @@ def containers() -> tuple[str, ...]:
 
 @pytest.fixture(scope="session")
 def recording_writer() -> Callable[..., Path]:
-    """``recording_writer(folder, container, entries, name="bag") -> Path`` of what to open, for any folder."""
+    """``recording_writer(folder, container, entries, name="bag", types=()) -> Path`` of what to open."""
 
-    def write(folder: Path, container: str, entries: Iterable[Entry], name: str = "bag") -> Path:
+    def write(folder: Path, container: str, entries: Iterable[Entry], name: str = "bag", types: Types = ()) -> Path:
         path = folder / name
         if container in _ROS1:
-            return _write_ros1(path.with_name(f"{name}.bag"), container, entries)
+            return _write_ros1(path.with_name(f"{name}.bag"), container, entries, types)
         if container in _ROS2:
-            return _write_ros2(path, container, entries)
-        return _write_mcap(path.with_name(f"{name}.mcap"), container, entries)
+            return _write_ros2(path, container, entries, types)
+        return _write_mcap(path.with_name(f"{name}.mcap"), container, entries, types)
 
     return write
 
 
 @pytest.fixture
 def write_recording(tmp_path: Path, recording_writer: Callable[..., Path]) -> Callable[..., Path]:
-    """``write_recording(container, entries, name="bag") -> Path`` of what to open; writes in the order given."""
+    """``write_recording(container, entries, name="bag", types=()) -> Path`` of what to open; in the order given."""
 
-    def write(container: str, entries: Iterable[Entry], name: str = "bag") -> Path:
-        return recording_writer(tmp_path, container, entries, name)
+    def write(container: str, entries: Iterable[Entry], name: str = "bag", types: Types = ()) -> Path:
+        return recording_writer(tmp_path, container, entries, name, types)
 
     return write
 
 
 @pytest.fixture
 def ros_message() -> Callable[..., Any]:
-    """``ros_message(type, fields, ros1=False)``: the message as an object, as a reader would hand it out."""
+    """``ros_message(type, fields, ros1=False, types=())``: the message as an object, as a reader would hand it out."""
 
-    def message(kind: str, fields: Fields, *, ros1: bool = False) -> Any:
-        store = _store(ros1=ros1)
+    def message(kind: str, fields: Fields, *, ros1: bool = False, types: Types = ()) -> Any:
+        store = _store(ros1=ros1, types=types)
         serialise = store.serialize_ros1 if ros1 else store.serialize_cdr
-        return _reader(kind, ros1=ros1).deserialise(bytes(serialise(_build(store, kind, fields), kind)))
+        return _reader(kind, ros1=ros1, types=types).deserialise(bytes(serialise(_build(store, kind, fields), kind)))
 
     return message
 
@@ -116,9 +118,15 @@ _MORE_TYPES = {
     "anymal_msgs/msg/ExtendedJointState": "std_msgs/Header header\nstring[] name\nfloat64[] position\n"
     "float64[] velocity\nfloat64[] acceleration\nfloat64[] effort",
     "anymal_msgs/msg/AnymalState": "std_msgs/Header header\nint8 state\nanymal_msgs/ExtendedJointState joints",
+    "anymal_msgs/msg/BatteryState": "uint8 STATUS_DISCHARGING=2\nstd_msgs/Header header\nbool is_connected\n"
+    "float32 voltage\nfloat32 current\nfloat32 state_of_charge\nuint8 status",
+    "clearpath_platform_msgs/msg/Power": "std_msgs/Header header\nint8 battery_connected\n"
+    "uint8 A200_CURRENTS_SIZE=3\nfloat32[] measured_voltages\nfloat32[] measured_currents",
     "husky_msgs/msg/HuskyStatus": "std_msgs/Header header\nfloat64 mcu_and_user_port_current\n"
-    "float64 left_driver_current\nfloat64 right_driver_current\nbool e_stop",
-    "jackal_msgs/msg/Status": "std_msgs/Header header\nfloat32 total_current\nfloat32 drive_current",
+    "float64 left_driver_current\nfloat64 right_driver_current\nfloat64 battery_voltage\nbool lockout\nbool e_stop",
+    "jackal_msgs/msg/Status": "std_msgs/Header header\nfloat32 measured_battery\nfloat32 drive_current\n"
+    "float32 total_current",
+    "racepak/msg/rp_controls": "float32 throttle\nfloat32 brake",
     "spot_msgs/msg/BatteryState": "std_msgs/Header header\nstring identifier\nfloat64 charge_percentage\n"
     "float64 current\nfloat64 voltage",
     "spot_msgs/msg/BatteryStateArray": "spot_msgs/BatteryState[] battery_states",
@@ -139,28 +147,36 @@ _MORE_TYPES = {
         f"uint8[3] rsvd\n{package}/CustomPoint[] points"
         for package in ("livox_ros_driver", "livox_ros_driver2", "livox_interfaces")
     },
+    "unitree_legged_msgs/msg/BmsState": "uint8 bms_status\nuint8 SOC\nint32 current\nuint16[10] cell_vol",
+    "unitree_legged_msgs/msg/IMU": "float32[4] quaternion\nfloat32[3] gyroscope\nfloat32[3] accelerometer\n"
+    "float32[3] rpy\nint8 temperature",
+    "unitree_legged_msgs/msg/MotorState": "uint8 mode\nfloat32 q\nfloat32 dq\nfloat32 ddq\nfloat32 tauEst",
+    "unitree_legged_msgs/msg/HighState": "uint8[2] head\nuint8 levelFlag\nunitree_legged_msgs/IMU imu\n"
+    "unitree_legged_msgs/MotorState[20] motorState\nunitree_legged_msgs/BmsState bms\nint16[4] footForce\nuint8 mode",
     "velodyne_msgs/msg/VelodynePacket": "builtin_interfaces/Time stamp\nuint8[1206] data",
     "velodyne_msgs/msg/VelodyneScan": "std_msgs/Header header\nvelodyne_msgs/VelodynePacket[] packets",
+    "warthog_msgs/msg/Status": "std_msgs/Header header\nstring hardware_id\nduration mcu_uptime\nbool stop_engaged\n"
+    "float32 measured_battery\nfloat32 measured_48v\nfloat32 current_battery\nfloat32 current_48v",
 }
 
 
 @cache
-def _reader(kind: str, *, ros1: bool) -> MessageType:
-    text, _ = _store(ros1=ros1).generate_msgdef(kind, ros_version=1 if ros1 else 2)
+def _reader(kind: str, *, ros1: bool, types: Types = ()) -> MessageType:
+    text, _ = _store(ros1=ros1, types=types).generate_msgdef(kind, ros_version=1 if ros1 else 2)
     return message_type(kind, "ros1" if ros1 else "cdr", Definition("msg", text), "humble")
 
 
 @cache
-def _store(*, ros1: bool) -> Typestore:
+def _store(*, ros1: bool, types: Types = ()) -> Typestore:
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
-    for kind, text in _MORE_TYPES.items():
+    for kind, text in (_MORE_TYPES | dict(types)).items():
         if kind not in store.fielddefs:
             store.register(get_types_from_msg(text, kind))
     return store
 
 
-def _write_ros1(path: Path, container: str, entries: Iterable[Entry]) -> Path:
-    store = _store(ros1=True)
+def _write_ros1(path: Path, container: str, entries: Iterable[Entry], types: Types) -> Path:
+    store = _store(ros1=True, types=types)
     writer = rosbag1.Writer(path)
     compression = _ROS1[container]
     if compression is not None:
@@ -175,8 +191,8 @@ def _write_ros1(path: Path, container: str, entries: Iterable[Entry]) -> Path:
     return path
 
 
-def _write_ros2(path: Path, container: str, entries: Iterable[Entry]) -> Path:
-    store = _store(ros1=False)
+def _write_ros2(path: Path, container: str, entries: Iterable[Entry], types: Types) -> Path:
+    store = _store(ros1=False, types=types)
     plugin, mode = _ROS2[container]
     writer = rosbag2.Writer(path, version=9, storage_plugin=plugin)
     writer.set_compression(mode, CompressionFormat.ZSTD)
@@ -189,9 +205,9 @@ def _write_ros2(path: Path, container: str, entries: Iterable[Entry]) -> Path:
     return path
 
 
-def _write_mcap(path: Path, container: str, entries: Iterable[Entry]) -> Path:
+def _write_mcap(path: Path, container: str, entries: Iterable[Entry], types: Types) -> Path:
     ros1 = container == "mcap_ros1"
-    store = _store(ros1=ros1)
+    store = _store(ros1=ros1, types=types)
     with path.open("wb") as stream:
         writer: Any = mcap.writer.Writer(stream, **_MCAP[container])
         writer.start(profile="ros1" if ros1 else "ros2")
