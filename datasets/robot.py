@@ -178,7 +178,10 @@ class RobotConfig:
     width_m: float = 0.5
     """Width of the swath that the robot drives over, in (0, 5]."""
     battery_current_sign: int = -1
-    """Sign that a discharging current has in the recordings; sensor_msgs says negative. The data set's is positive."""
+    """Sign that a discharging current has in the recordings; sensor_msgs says negative. The data set's is positive.
+
+    0 where it is not known: then each recording's median current is taken for a discharge, and a note says so.
+    """
     joy: JoyCommand | None = None
     """What the axes of a joystick mean that stands in for commands; None where there is none."""
     camera: CameraFallback | None = None
@@ -203,11 +206,12 @@ class RobotConfig:
             raise DatasetsError(
                 f"{self.width_m} m is outside (0, 5] m", where="width_m", cure="give the robot's width in metres"
             )
-        if self.battery_current_sign not in (-1, 1):
+        if self.battery_current_sign not in (-1, 0, 1):
             raise DatasetsError(
-                f"{self.battery_current_sign} is neither -1 nor 1",
+                f"{self.battery_current_sign} is none of -1, 0 and 1",
                 where="battery_current_sign",
-                cure="give 1 where a discharging current is positive in the recordings, else -1",
+                cure="give 1 where a discharging current is positive in the recordings, -1 where it is negative, 0 "
+                "where that is not known",
             )
         repeated = sorted({joint for joint in self.joint_names if self.joint_names.count(joint) > 1})
         if repeated:

@@ -11,6 +11,7 @@ from navtool.datasets.calibration import Calibration, calibrate
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.gravity import odd_gravity
 from navtool.datasets.ingest.align import in_base_axes
+from navtool.datasets.ingest.battery_sign import discharge_sign
 from navtool.datasets.ingest.clock import StreamTime
 from navtool.datasets.ingest.clocks import Clocks
 from navtool.datasets.ingest.columns import Column, TimedStream, motion_of, small_columns
@@ -107,7 +108,8 @@ def plan_episode(
     )
     recorded = {name: TimedStream.of(stream, times[name]) for name, stream in scan.streams.items() if name not in LARGE}
     small = in_base_axes(recorded, calibration)
-    columns = small_columns(ticks, small, contents, config.sync, robot.battery_current_sign)
+    discharge = discharge_sign(robot.battery_current_sign, small.get("battery"))
+    columns = small_columns(ticks, small, contents, config.sync, discharge.sign)
     large = {
         name: _large(scan.streams[name], times[name], ticks, config.sync.gridded()[name])
         for name in LARGE
@@ -124,6 +126,7 @@ def plan_episode(
         *(f"recovered: {fault}" for fault in recording.faults),
         *topics.notes,
         *columns.notes,
+        *discharge.notes,
         *_calibration_notes(scan, calibration),
         *(f"tf_static: {pair} was published with different values; the last one counts" for pair in changed),
     ]

@@ -25,7 +25,7 @@ ROBOTS = st.fixed_dictionaries(
         "base_height_m": st.floats(0.0, 5.0),
         "width_m": st.floats(0.1, 5.0),
         "joint_names": st.lists(NAMES, unique=True, max_size=3),
-        "battery_current_sign": st.sampled_from([-1, 1]),
+        "battery_current_sign": st.sampled_from([-1, 0, 1]),
         "camera": st.none()
         | st.fixed_dictionaries(
             {
@@ -70,7 +70,7 @@ def test_a_file_needs_only_what_differs(tmp_path: Path) -> None:
         ("width_m: true", "width_m: wanted a number, got True"),
         ("width_m: -1", "-1.0 m is outside (0, 5] m"),
         ("base_height_m: .nan", "nan m is outside [0, 5] m"),
-        ("battery_current_sign: 0", "0 is neither -1 nor 1"),
+        ("battery_current_sign: 2", "2 is none of -1, 0 and 1"),
         ("joint_names: [a, b, a]", "a named twice"),
         ("joint_names: a", "joint_names: wanted a list"),
         ("topics: {imu: [none, /imu]}", "'none' stands beside topics"),
