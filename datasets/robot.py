@@ -182,6 +182,8 @@ class RobotConfig:
 
     0 where it is not known: then each recording's median current is taken for a discharge, and a note says so.
     """
+    odometry_yaw_rad: float = 0.0
+    """Added to the yaw of the odometry's poses, in the body's own frame; where x of its body does not look forward."""
     joy: JoyCommand | None = None
     """What the axes of a joystick mean that stands in for commands; None where there is none."""
     camera: CameraFallback | None = None
@@ -212,6 +214,12 @@ class RobotConfig:
                 where="battery_current_sign",
                 cure="give 1 where a discharging current is positive in the recordings, -1 where it is negative, 0 "
                 "where that is not known",
+            )
+        if not abs(self.odometry_yaw_rad) <= math.pi:
+            raise DatasetsError(
+                f"{self.odometry_yaw_rad} rad is more than half a turn",
+                where="odometry_yaw_rad",
+                cure="give radians in [-pi, pi], not degrees",
             )
         repeated = sorted({joint for joint in self.joint_names if self.joint_names.count(joint) > 1})
         if repeated:

@@ -17,6 +17,7 @@ from navtool.datasets.ingest.clocks import Clocks
 from navtool.datasets.ingest.columns import Column, TimedStream, motion_of, small_columns
 from navtool.datasets.ingest.config import IngestConfig, StreamSync
 from navtool.datasets.ingest.motion import Motion
+from navtool.datasets.ingest.odometry_heading import heading_notes, turned_odometry
 from navtool.datasets.ingest.scan import LARGE, Scan, StreamScan, scan_recording
 from navtool.datasets.ingest.sidecar import write_streams
 from navtool.datasets.ingest.sync_report import sync_report
@@ -108,6 +109,8 @@ def plan_episode(
     )
     recorded = {name: TimedStream.of(stream, times[name]) for name, stream in scan.streams.items() if name not in LARGE}
     small = in_base_axes(recorded, calibration)
+    if "odometry" in small:
+        small["odometry"] = turned_odometry(small["odometry"], robot.odometry_yaw_rad)
     discharge = discharge_sign(robot.battery_current_sign, small.get("battery"))
     columns = small_columns(ticks, small, contents, config.sync, discharge.sign)
     large = {
@@ -127,6 +130,7 @@ def plan_episode(
         *topics.notes,
         *columns.notes,
         *discharge.notes,
+        *heading_notes(small.get("odometry")),
         *_calibration_notes(scan, calibration),
         *(f"tf_static: {pair} was published with different values; the last one counts" for pair in changed),
     ]

@@ -26,6 +26,7 @@ ROBOTS = st.fixed_dictionaries(
         "width_m": st.floats(0.1, 5.0),
         "joint_names": st.lists(NAMES, unique=True, max_size=3),
         "battery_current_sign": st.sampled_from([-1, 0, 1]),
+        "odometry_yaw_rad": st.floats(-3.0, 3.0),
         "camera": st.none()
         | st.fixed_dictionaries(
             {
@@ -71,6 +72,8 @@ def test_a_file_needs_only_what_differs(tmp_path: Path) -> None:
         ("width_m: -1", "-1.0 m is outside (0, 5] m"),
         ("base_height_m: .nan", "nan m is outside [0, 5] m"),
         ("battery_current_sign: 2", "2 is none of -1, 0 and 1"),
+        ("odometry_yaw_rad: 90", "90.0 rad is more than half a turn"),
+        ("odometry_yaw_rad: .nan", "nan rad is more than half a turn"),
         ("joint_names: [a, b, a]", "a named twice"),
         ("joint_names: a", "joint_names: wanted a list"),
         ("topics: {imu: [none, /imu]}", "'none' stands beside topics"),
