@@ -80,7 +80,8 @@ def ring_neighbourhoods(
     at_row, at_column = filled // _AZIMUTH_CELLS, filled % _AZIMUTH_CELLS
     # Coordinates on the grid: a window is then a few short runs of numbers, not a search for each of its points.
     grids = np.append(columns, np.full((3, 1), _FAR_M, np.float32), axis=1).take(index, axis=1)
-    windows = sliding_window_view(grids, (2 * _WINDOW_ROWS + 1, 2 * _WINDOW_COLUMNS + 1), axis=(1, 2))
+    windows = sliding_window_view(grids, 2 * _WINDOW_ROWS + 1, axis=1)
+    windows = sliding_window_view(windows, 2 * _WINDOW_COLUMNS + 1, axis=2)
     around = windows[:, at_row - _WINDOW_ROWS, at_column].reshape(3, len(filled), -1)
     centre = inner[at_row, at_column]
     middle = columns[:, centre]

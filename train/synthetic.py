@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from navtool.datasets.calibration import Calibration
 from navtool.datasets.reader import Episode
+from navtool.datasets.recorded_geometry import RecordedGeometry
 from navtool.datasets.schema import CLOUD_SIZE, HORIZON_STEPS, IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX
 from navtool.pipeline.geometry.camera import CameraModel
 
@@ -114,7 +115,17 @@ class SyntheticSource:
         del episode
         width, height = self._config.image_width, self._config.image_height
         camera = CameraModel(width, height, 0.6 * width, 0.6 * width, (width - 1) / 2, (height - 1) / 2)
-        return Calibration(camera, _OPTICAL_IN_BASE.copy(), None, None, 0.0, 0.5, {"camera": "synthetic"})
+        return Calibration(
+            camera=camera,
+            base_camera=_OPTICAL_IN_BASE.copy(),
+            base_lidar=None,
+            base_imu=None,
+            base_odometry=None,
+            base_height_m=0.0,
+            robot_width_m=0.5,
+            sources={"camera": "synthetic"},
+            recorded=RecordedGeometry(),
+        )
 
     def lineage(self) -> dict[str, object]:
         """The configuration; there are no recordings."""
