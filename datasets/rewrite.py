@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from jaxtyping import Shaped
 
+from navtool.datasets.arrow_arrays import nested_array, number_array, text_array
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.files import parquet_bytes, write_bytes
 from navtool.datasets.ingest.data_file import WRITER_OPTIONS, to_arrow
@@ -63,7 +65,18 @@ def rewrite_entry(source: Path, out: Path, changes: Mapping[str, object]) -> Non
     entry = pq.read_table(source).to_pylist()[0]
     if unknown := sorted(set(changes) - set(entry)):
         raise DatasetsError(f"has no {', '.join(unknown)}", where=source, cure="ingest the recording again")
-    write_bytes(out, parquet_bytes(pa.Table.from_pylist([entry | dict(changes)])))
+    write_bytes(out, parquet_bytes(entry_table(entry | dict(changes))))
+
+
+def entry_table(entry: Mapping[str, object]) -> pa.Table:
+    """An episode's entry as a table of one row: numbers, nested lists of numbers, lists of names."""
+    return pa.Table.from_arrays([_entry_column(value) for value in entry.values()], names=list(entry))
+
+
+def _entry_column(value: object) -> pa.Array:
+    if isinstance(value, list) and value and isinstance(value[0], str):
+        return pa.ListArray.from_arrays(number_array(np.array([0, len(value)], dtype=np.int32)), text_array(value))
+    return nested_array(np.array([value]))
 
 
 def stats_columns(stats: Mapping[str, Stats]) -> dict[str, object]:

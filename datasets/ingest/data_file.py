@@ -8,9 +8,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from jaxtyping import Float32
 
-from navtool.datasets.arrow_arrays import number_array
+from navtool.datasets.arrow_arrays import nested_array, number_array, text_array
 from navtool.datasets.ingest.columns import Column
-from navtool.datasets.schema import CLOUD_SIZE, POINTS_KEY, Feature, arrow_schema
+from navtool.datasets.schema import POINTS_KEY, Feature, arrow_schema
 from navtool.pipeline.arrays import Array
 
 ROWS_PER_GROUP = 4
@@ -46,7 +46,7 @@ def write_data(
             for first in range(0, len(piece), ROWS_PER_GROUP):
                 group = piece[first : first + ROWS_PER_GROUP]
                 rows = small.slice(done, len(group))
-                writer.write_table(rows.add_column(place, schema.field(place), _cloud_array(group)))
+                writer.write_table(rows.add_column(place, schema.field(place), nested_array(group)))
                 done += len(group)
 
 
@@ -63,10 +63,4 @@ def to_arrow(values: Column, kind: pa.DataType) -> pa.Array:
     """A column's rows as an Arrow array of the schema's type; a vector of one element becomes a plain value."""
     if pa.types.is_fixed_size_list(kind):
         return pa.FixedSizeListArray.from_arrays(number_array(np.ascontiguousarray(values).reshape(-1)), type=kind)
-    return pa.array(values.tolist(), type=kind) if values.dtype == np.object_ else number_array(values.reshape(-1))
-
-
-def _cloud_array(points: Float32[Array, "rows 10000 3"]) -> pa.ListArray:
-    flat = pa.Array.from_buffers(pa.float32(), points.size, [None, pa.py_buffer(np.ascontiguousarray(points))])
-    rows, xyz = np.arange(len(points) + 1, dtype=np.int32), np.arange(0, points.size + 1, 3, dtype=np.int32)
-    return pa.ListArray.from_arrays(number_array(rows * CLOUD_SIZE), pa.ListArray.from_arrays(number_array(xyz), flat))
+    return text_array(values.tolist()) if pa.types.is_string(kind) else number_array(values.reshape(-1))

@@ -2,13 +2,15 @@
 
 import json
 
+import numpy as np
 import pyarrow as pa
 
+from navtool.datasets.arrow_arrays import number_array, text_array
 from navtool.datasets.description import Description
 from navtool.datasets.files import parquet_bytes
 from navtool.datasets.ingest.episode import EpisodeFolder
 from navtool.datasets.layout import DATA_PATH, FILES_PER_CHUNK, VIDEO_PATH, Layout
-from navtool.datasets.rewrite import stats_columns
+from navtool.datasets.rewrite import entry_table, stats_columns
 from navtool.datasets.schema import CODEBASE_VERSION, IMAGE_KEY, features_of
 
 
@@ -54,7 +56,7 @@ def episode_entry(staged: EpisodeFolder, description: Description, task: str) ->
         }
     entry |= stats_columns(staged.stats)
     entry |= {"meta/episodes/chunk_index": place["chunk_index"], "meta/episodes/file_index": place["file_index"]}
-    return parquet_bytes(pa.Table.from_pylist([entry]))
+    return parquet_bytes(entry_table(entry))
 
 
 def task_table(task: str) -> bytes:
@@ -75,5 +77,6 @@ def task_table(task: str) -> bytes:
         "creator": {"library": "pyarrow", "version": pa.__version__},
         "pandas_version": "2.0.0",
     }
-    table = pa.table({"task_index": pa.array([0], pa.int64()), "task": pa.array([task], pa.string())})
+    arrays = [number_array(np.array([0], dtype=np.int64)), text_array([task])]
+    table = pa.Table.from_arrays(arrays, names=["task_index", "task"])
     return parquet_bytes(table.replace_schema_metadata({"pandas": json.dumps(pandas)}))
