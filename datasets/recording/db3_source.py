@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterator
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.foreign import translated
@@ -21,6 +22,8 @@ from navtool.datasets.recording.source import END_NS, Channel, Definition, norma
 _LOGGER = logging.getLogger(__name__)
 _CURE = "if the recorder was killed or the copy is incomplete, try `sqlite3 FILE .recover` on a copy or copy it again"
 _DEFINITION_FORMATS = {"ros2msg": "msg", "ros2idl": "idl"}
+_WHOLE = "typeof(topic_id) = 'integer' AND typeof(timestamp) = 'integer' AND typeof(data) = 'blob' AND timestamp >= 0"
+"""What a row is that a recorder wrote."""
 _BY_KEY = "SELECT topic_id, timestamp, data FROM messages WHERE rowid = ?"
 _HEAD_BY_KEY = "SELECT timestamp, topic_id FROM messages WHERE rowid = ?"
 _MISSES = 20_000
@@ -38,11 +41,13 @@ class Db3Source:
         self._path = path
         self.where = where
         self._copy: TemporaryDirectory[str] | None = None
+        self._damage = ""
         self._found: list[str] = []
         self._lost: set[int] = set()
         self._readable: list[tuple[int, int, int]] | None = None
         with translated("this db3 recording cannot be opened", where=where, cure=_CURE):
             self._database = self._connect()
+        self._database.text_factory = _text
         try:
             with translated("this db3 recording cannot be read", where=where, cure=_CURE):
                 self._read_index()
@@ -54,16 +59,14 @@ class Db3Source:
     def faults(self) -> tuple[str, ...]:
         """What is wrong with the file, as far as it was read; empty for a sound one."""
         lost = f"{len(self._lost)} messages skipped: they lie in damaged pages" if self._lost else ""
-        return (*self._found, *([lost] if lost else []))
+        return tuple(fault for fault in (self._damage, *self._found, lost) if fault)
 
     def messages(self, topics: Collection[str], start_ns: int = 0, end_ns: int = END_NS) -> Iterator[RawMessage]:
         """The messages of the topics within the times, in the order of their record times."""
         with translated("this db3 recording is damaged", where=self.where, cure=_CURE):
             wanted = {key: (c.topic, c.type) for key, c in self._channel_of.items() if c.topic in topics and c.count}
             for topic_id, record_ns, data in self._whole_rows(tuple(wanted), start_ns, end_ns):
-                if not isinstance(data, bytes):
-                    raise DatasetsError(f"a message of {wanted[topic_id][0]} at {record_ns} ns is no blob", cure=_CURE)
-                yield RawMessage(*wanted[topic_id], int(record_ns), decompressed(data))
+                yield RawMessage(*wanted[topic_id], record_ns, decompressed(data))
 
     def close(self) -> None:
         """Let go of the file, and of its copy where there was need for one."""
@@ -90,7 +93,7 @@ class Db3Source:
             self._database.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
         except sqlite3.DatabaseError as error:
             self._database.execute("PRAGMA writable_schema = ON")
-            self._found.append(f"damaged ({error})")
+            self._damage = f"damaged ({error})"
 
     def _read_index(self) -> None:
         self._admit_damage()
@@ -102,19 +105,25 @@ class Db3Source:
             )
         definitions: dict[str, Definition] = {}
         if "message_definitions" in tables:
-            query = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
             definitions = {
                 name: Definition(_DEFINITION_FORMATS.get(encoding, encoding), text)
-                for name, encoding, text in self._database.execute(query)
+                for name, encoding, text in self._readable_rows(
+                    "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions",
+                    (str, str, str),
+                    "message definitions",
+                )
                 if text
             }
         counts = self._counts()
+        topics = self._readable_rows(
+            "SELECT id, name, type, serialization_format FROM topics", (int, str, str, str), "topics"
+        )
         self._channel_of = {
-            key: Channel(str(name), normalised_type(kind), encoding, definitions.get(kind), counts.get(key, (0,))[0])
-            for key, name, kind, encoding in self._database.execute(
-                "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
-            )
+            key: Channel(name, normalised_type(kind), encoding, definitions.get(kind), counts.get(key, (0,))[0])
+            for key, name, kind, encoding in sorted(topics)
         }
+        if lost := sum(count for key, (count, _, _) in counts.items() if key not in self._channel_of):
+            self._found.append(f"{lost} messages skipped: the rows that name their topic are lost")
         spans = [(first, last) for key, (_, first, last) in counts.items() if key in self._channel_of]
         self.channels = tuple(self._channel_of.values())
         self.span_ns = (min(first for first, _ in spans), max(last for _, last in spans)) if spans else None
@@ -126,17 +135,42 @@ class Db3Source:
             if (columns := self._database.execute("SELECT * FROM pragma_index_info(?)", (name,)).fetchall())
         )
 
+    def _readable_rows(self, query: str, kinds: tuple[type, ...], what: str) -> list[tuple[Any, ...]]:
+        """The rows of a small table with values of these kinds, up to the first that cannot be read."""
+        found: list[tuple[Any, ...]] = []
+        odd = 0
+        try:
+            for row in self._database.execute(query):
+                if all(isinstance(value, kind) for value, kind in zip(row, kinds, strict=True)):
+                    found.append(row)
+                else:
+                    odd += 1
+        except sqlite3.DatabaseError as error:
+            self._found.append(f"only {len(found)} {what} can be read ({error})")
+        if odd:
+            self._found.append(f"{odd} {what} skipped: their rows hold values of other kinds")
+        return found
+
     def _counts(self) -> dict[int, tuple[int, int, int]]:
         """Number, first and last record time of each topic's messages."""
-        query = "SELECT topic_id, COUNT(*), MIN(timestamp), MAX(timestamp) FROM messages GROUP BY topic_id"
+        query = (
+            f"SELECT topic_id, COUNT(*), MIN(timestamp), MAX(timestamp) FROM messages WHERE {_WHOLE} GROUP BY topic_id"  # noqa: S608 - a constant
+        )
         try:
-            return {key: (count, int(first), int(last)) for key, count, first, last in self._database.execute(query)}
+            counts = {key: (count, first, last) for key, count, first, last in self._database.execute(query)}
+            (rows,) = self._database.execute("SELECT COUNT(*) FROM messages").fetchone()
         except sqlite3.DatabaseError as error:
-            self._found = [f"damaged ({error}): read row by row"]
+            self._damage = f"damaged ({error}): read row by row"
+        else:
+            if odd := rows - sum(count for count, _, _ in counts.values()):
+                if not counts:
+                    raise DatasetsError(f"none of its {rows} rows is a message", cure=_CURE)
+                self._found.append(f"{odd} messages skipped: their rows hold values of other kinds")
+            return counts
         self._look_for_rows()
         if not self._readable:
             raise DatasetsError("not one of its messages can be read", cure=_CURE)
-        counts: dict[int, tuple[int, int, int]] = {}
+        counts = {}
         for record_ns, _, topic_id in self._readable:
             count, first, _ = counts.get(topic_id, (0, record_ns, record_ns))
             counts[topic_id] = (count + 1, first, record_ns)
@@ -152,7 +186,7 @@ class Db3Source:
         except sqlite3.DatabaseError as error:
             if self._readable is not None:
                 raise
-            self._found.append(f"damaged ({error}): read row by row")
+            self._damage = f"damaged ({error}): read row by row"
             self._look_for_rows()
             yield from islice(self._rows_one_by_one(topic_ids, start_ns, end_ns), done, None)
 
@@ -163,14 +197,14 @@ class Db3Source:
         if not self._indexed:
             return self._rows_in_order(topic_ids, marks, start_ns, end_ns)
         # The plus keeps SQLite on the index of times, which it walks without sorting.
-        query = f"SELECT topic_id, timestamp, data FROM messages WHERE +topic_id IN ({marks}) AND timestamp BETWEEN ? AND ? ORDER BY timestamp, rowid"  # noqa: S608, E501 - only question marks
+        query = f"SELECT topic_id, timestamp, data FROM messages WHERE +topic_id IN ({marks}) AND timestamp BETWEEN ? AND ? AND {_WHOLE} ORDER BY timestamp, rowid"  # noqa: S608, E501 - only constants
         return self._database.execute(query, (*topic_ids, start_ns, end_ns))
 
     def _rows_in_order(
         self, topic_ids: tuple[int, ...], marks: str, start_ns: int, end_ns: int
     ) -> Iterator[tuple[int, int, bytes]]:
         # Without an index SQLite would sort the messages themselves; their row numbers are enough.
-        query = f"SELECT timestamp, rowid FROM messages WHERE topic_id IN ({marks}) AND timestamp BETWEEN ? AND ? ORDER BY timestamp, rowid"  # noqa: S608, E501 - only question marks
+        query = f"SELECT timestamp, rowid FROM messages WHERE topic_id IN ({marks}) AND timestamp BETWEEN ? AND ? AND {_WHOLE} ORDER BY timestamp, rowid"  # noqa: S608, E501 - only constants
         for _, key in self._database.execute(query, (*topic_ids, start_ns, end_ns)):
             yield self._database.execute(_BY_KEY, (key,)).fetchone()
 
@@ -198,7 +232,7 @@ class Db3Source:
                 row = self._database.execute(_HEAD_BY_KEY, (key,)).fetchone()
             except sqlite3.DatabaseError:
                 row = None
-            if row is None or not all(isinstance(value, int) for value in row):
+            if row is None or not all(isinstance(value, int) for value in row) or row[0] < 0:
                 missed += 1
                 continue
             missed = 0
@@ -206,3 +240,8 @@ class Db3Source:
         last = max((key for _, key, _ in found), default=0)
         self._lost |= set(range(1, last + 1)) - {key for _, key, _ in found}
         self._readable = sorted(found)
+
+
+def _text(stored: bytes) -> str:
+    """A text, whose damaged characters cost no more than themselves."""
+    return stored.decode(errors="replace")

@@ -233,9 +233,15 @@ def test_a_truncated_database_gives_what_it_still_has(write_recording: Write) ->
         everything(file)
 
 
-@pytest.mark.parametrize(("column", "value"), [("timestamp", "late"), ("timestamp", b"x"), ("data", None), ("data", 5)])
-def test_a_database_with_values_of_other_types_is_refused(column: str, value: object, write_recording: Write) -> None:
+VALUES_OF_OTHER_KINDS = [("timestamp", "late"), ("timestamp", b"x"), ("timestamp", -5), ("data", None), ("data", 5)]
+
+
+@pytest.mark.parametrize(("column", "value"), VALUES_OF_OTHER_KINDS)
+def test_a_row_with_a_value_of_another_kind_costs_itself_alone(
+    column: str, value: object, write_recording: Write
+) -> None:
     file = file_of(write_recording("db3", entries()))
+    whole, _ = everything(file)
     with sqlite3.connect(file) as database:
         database.executescript(
             "ALTER TABLE messages RENAME TO strict;"
@@ -243,10 +249,45 @@ def test_a_database_with_values_of_other_types_is_refused(column: str, value: ob
             "INSERT INTO messages SELECT * FROM strict;"
         )
         update = {"timestamp": "UPDATE messages SET timestamp = ?", "data": "UPDATE messages SET data = ?"}[column]
+        database.execute(f"{update} WHERE id = 3", (value,))
+        database.commit()
+        recovered, faults = everything(file)
+        assert recovered == whole[:2] + whole[3:]
+        assert faults == ("1 messages skipped: their rows hold values of other kinds",)
         database.execute(update, (value,))
     database.close()
-    with pytest.raises(DatasetsError, match=r"bag\.db3: (this db3 recording|a message of /imu)"):
+    with pytest.raises(DatasetsError, match=r"bag\.db3: none of its 23 rows is a message"):
         read_all(file)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (
+            "UPDATE topics SET name = x'00ff' WHERE id = 1",
+            "20 messages skipped: the rows that name their topic are lost",
+        ),
+        ("UPDATE topics SET name = CAST(x'2f69ff' AS TEXT) WHERE id = 1", ""),
+        ("UPDATE message_definitions SET encoded_message_definition = x'00'", "message definitions skipped"),
+        ("UPDATE message_definitions SET encoded_message_definition = CAST(x'ff' AS TEXT)", ""),
+    ],
+)
+def test_damaged_names_and_definitions_cost_no_other_topic(change: str, told: str, write_recording: Write) -> None:
+    file = file_of(write_recording("db3", entries()))
+    with sqlite3.connect(file) as database:
+        database.execute(change)
+    database.close()
+    recovered, faults = everything(file)
+    assert [x.topic for x in recovered][-3:] == ["/points", "/joints", "/note"]
+    assert any(told in fault for fault in faults) if told else not faults
+    with open_recording(file) as recording:
+        (note,) = recording.messages(["/note"])
+        readable = "definitions" not in change or told
+        if readable:
+            assert isinstance(recording.decode(note), StringSample)
+        else:
+            with pytest.raises(DatasetsError, match="its definition cannot be read"):
+                recording.decode(note)
 
 
 def test_a_description_that_names_absent_files(write_recording: Write) -> None:
