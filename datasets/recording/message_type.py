@@ -65,6 +65,11 @@ class MessageType:
     """
 
     def __init__(self, name: str, encoding: str, definition: Definition | None, ros_distro: str) -> None:
+        """Read the definition down to its last part.
+
+        Raises:
+            DatasetsError: The encoding is not supported, or the definition is missing or not whole.
+        """
         if encoding not in _ENCODINGS:
             raise DatasetsError(
                 f"messages encoded as {encoding!r} are not supported yet; {' and '.join(_ENCODINGS)} are"
@@ -81,12 +86,13 @@ class MessageType:
         else:
             self._store = get_typestore(Stores.EMPTY)
             self._store.register(_parsed(definition, name))
+        self._layout = self._layout_of(name, ())
         self.stamp_layout = self._stamp_layout()
         self._arrays = RecordArrays(self._store, name, encoding) if has_records(self._store, name) else None
 
     def layout(self) -> tuple[object, ...]:
         """The fields with their types, down to the basic ones: equal layouts read equal bytes equally."""
-        return self._layout_of(self.name)
+        return self._layout
 
     def deserialise(self, data: bytes) -> Any:
         """The message as an object with the definition's fields; its arrays are views of the data.
@@ -107,15 +113,20 @@ class MessageType:
         header = [name for name, _ in self._store.fielddefs[str(fields[0][1][1])][1]]
         return StampLayout(self.encoding, 4 * header.index("stamp"))
 
-    def _layout_of(self, name: str) -> tuple[object, ...]:
-        return tuple((field, self._description(kind)) for field, kind in self._store.fielddefs[name][1])
+    def _layout_of(self, name: str, within: tuple[str, ...]) -> tuple[object, ...]:
+        if name not in self._store.fielddefs:
+            raise DatasetsError(f"its definition cannot be read: it lacks that of {name}")
+        if name in within:
+            raise DatasetsError(f"its definition cannot be read: {name} has itself within")
+        fields = self._store.fielddefs[name][1]
+        return tuple((field, self._description(kind, (*within, name))) for field, kind in fields)
 
-    def _description(self, kind: Any) -> object:
+    def _description(self, kind: Any, within: tuple[str, ...]) -> object:
         if kind[0] == Nodetype.NAME:
-            return self._layout_of(kind[1])
+            return self._layout_of(kind[1], within)
         if kind[0] == Nodetype.BASE:
             return kind[1]
-        return (int(kind[0]), self._description(kind[1][0]), kind[1][1])
+        return (int(kind[0]), self._description(kind[1][0], within), kind[1][1])
 
 
 @lru_cache(maxsize=512)

@@ -356,8 +356,10 @@ def test_a_type_defined_nowhere_is_listed_and_only_its_decoding_fails(write_reco
         "%$",
         "std_msgs/Header header\nuint8 more",
         f"std_msgs/Header header\n{'=' * 80}\nMSG: std_msgs/Header\nuint32 seq",
+        f"more_msgs/Rest rest\n{'=' * 80}\nMSG: more_msgs/Rest\nmore_msgs/Lost[] lost",
+        f"more_msgs/Rest rest\n{'=' * 80}\nMSG: more_msgs/Rest\nmore_msgs/Rest[] rests",
     ],
-    ids=["no definition", "header not defined", "header without a stamp"],
+    ids=["no definition", "header not defined", "header without a stamp", "a part not defined", "a part in itself"],
 )
 def test_a_broken_definition_hinders_only_its_own_topic(text: str, write_recording: Write) -> None:
     folder = write_recording("db3", [("/note", STRING, EPOCH_NS + 1, {"data": "hello"}), *imu_entries(1)])
@@ -369,6 +371,7 @@ def test_a_broken_definition_hinders_only_its_own_topic(text: str, write_recordi
         imu, note = recording.messages(["/note", "/imu"])
         assert isinstance(recording.decode(note), StringSample)
         assert recording.header_stamp_ns(imu) is None
+        assert recording.layout_of(imu) is None
         with pytest.raises(DatasetsError, match=r"/imu .*its definition cannot be read"):
             recording.decode(imu)
 
