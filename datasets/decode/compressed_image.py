@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from jaxtyping import Shaped, UInt8
 
+from navtool.datasets.decode.encoded_size import refuse_giants
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.image import demosaiced, refuse_depth
 from navtool.datasets.decode.messages import ImageFrame
@@ -70,6 +71,7 @@ def _bayer(data: bytes, encoding: str) -> UInt8[Array, "h w 3"]:
 
 def _decompressed(data: bytes, mode: int) -> Shaped[Array, "h w *channels"]:
     # The orientation noted in EXIF is for viewers; the calibration is for the sensor's rows and columns.
+    refuse_giants(data)
     flags = mode if mode == cv2.IMREAD_UNCHANGED else mode | cv2.IMREAD_IGNORE_ORIENTATION
     pixels = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     if pixels is None:

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from jaxtyping import Shaped, UInt8
 
+from navtool.datasets.decode.encoded_size import refuse_giants
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import ImageFrame
 from navtool.datasets.errors import DatasetsError
@@ -90,6 +91,7 @@ def _is_jpeg(message: Any) -> bool:
 
 
 def _frame_of_jpeg(message: Any) -> ImageFrame:
+    refuse_giants(bytes(message.data))
     pixels = cv2.imdecode(np.asarray(message.data, np.uint8), cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION)
     if pixels is None:
         raise DatasetsError(f"damaged image of {message.data.nbytes} bytes: it cannot be decompressed")

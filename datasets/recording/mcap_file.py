@@ -155,6 +155,10 @@ def _unpacked(packed: bytes, head: ChunkHead, *, cut: bool) -> bytes:
         case "zstd" if cut:
             return zstandard.ZstdDecompressor().decompressobj().decompress(packed)[: head.size]
         case "zstd":
+            # A frame may announce its size itself, and the library would make room for whatever it says.
+            announced = zstandard.frame_content_size(packed)
+            if announced not in (-1, head.size):
+                raise DatasetsError(f"a frame of {announced} bytes where {head.size} are announced")
             return zstandard.ZstdDecompressor().decompress(packed, max_output_size=head.size)
         case other:
             raise DatasetsError(f"chunk compression {other!r} is not supported; lz4 and zstd are")

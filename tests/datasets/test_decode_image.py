@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from jaxtyping import UInt8
 
 from navtool.datasets.decode.compressed_image import decode_compressed_image
+from navtool.datasets.decode.encoded_size import encoded_size
 from navtool.datasets.decode.image import decode_image
 from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.arrays import Array
@@ -208,6 +209,33 @@ def test_a_truncated_compressed_image_is_refused(suffix: str, ros_message: Make)
     for size in (0, 5, 30, len(data) // 2, len(data) - 3):
         with pytest.raises(DatasetsError, match=r"truncated|damaged|neither"):
             decode_compressed_image(ros_message(COMPRESSED, {"format": suffix[1:], "data": data[:size]}))
+
+
+@pytest.mark.parametrize("options", [[], [cv2.IMWRITE_JPEG_PROGRESSIVE, 1]])
+@pytest.mark.parametrize("suffix", [".jpg", ".png"])
+def test_the_size_that_an_image_states_is_its_own(suffix: str, options: list[int]) -> None:
+    _, data = cv2.imencode(suffix, np.zeros((48, 64, 3), np.uint8), options if suffix == ".jpg" else [])
+    assert encoded_size(data.tobytes()) == (64, 48)
+    assert encoded_size(b"\xff\xd8\xff" + bytes(20)) == (0, 0)
+
+
+def test_a_damaged_size_fills_no_gigabytes(ros_message: Make) -> None:
+    stated = (30_000).to_bytes(2, "big") * 2
+    jpeg = encoded(random_rgb(48, 64), ".jpg").tobytes()
+    place = jpeg.index(b"\xff\xc0") + 5
+    png = encoded(random_rgb(48, 64), ".png").tobytes()
+    damaged = (
+        (jpeg[:place] + stated + jpeg[place + 4 :], "jpeg"),
+        (png[:16] + (1 << 20).to_bytes(4, "big") * 2 + png[24:], "png"),
+    )
+    for data, form in damaged:
+        pixels = np.frombuffer(data, np.uint8)
+        with pytest.raises(DatasetsError, match=r"damaged image .* it says that it has"):
+            decode_compressed_image(ros_message(COMPRESSED, {"format": form, "data": pixels}))
+    # A driver that publishes a JPEG under the name of raw pixels.
+    fields = {**image_fields(random_rgb(4, 4), "rgb8"), "width": 640, "height": 480, "step": 1920}
+    with pytest.raises(DatasetsError, match="it says that it has"):
+        decode_image(ros_message(IMAGE, {**fields, "data": np.frombuffer(damaged[0][0], np.uint8)}))
 
 
 @pytest.mark.parametrize(
