@@ -145,9 +145,11 @@ def _camera(
         model = info.camera
         sources["camera"] = "the recording's CameraInfo"
         if "rect" in image_topic.removesuffix("/compressed").rsplit("/", 1)[-1]:
-            p = info.projection
+            p, name = info.projection, "projection matrix"
+            if not (p[0, 0] > 0 and p[1, 1] > 0):
+                p, name = model.matrix(), "intrinsic matrix (it has no projection matrix)"
             model = CameraModel(model.width, model.height, p[0, 0], p[1, 1], p[0, 2], p[1, 2], "none", ())
-            sources["camera"] += ", projection matrix of the rectified image"
+            sources["camera"] += f", {name} of the rectified image"
     elif robot.camera is not None:
         fallback = robot.camera
         model = CameraModel(

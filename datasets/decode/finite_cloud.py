@@ -9,6 +9,8 @@ from navtool.datasets.decode.header import Head
 from navtool.datasets.decode.messages import PointCloud
 from navtool.pipeline.arrays import Array
 
+_MOST_M = 1e9
+
 
 def finite_cloud(
     head: Head,
@@ -17,13 +19,16 @@ def finite_cloud(
     ring: UInt16[Array, " n"] | None,
     time_s: Float32[Array, " n"] | None,
 ) -> PointCloud:
-    """The cloud without its points of a NaN or infinite coordinate, which are counted; the others keep their order.
+    """The cloud without its points of a NaN, infinite or immeasurable coordinate; the others keep their order.
+
+    What is left out is counted. Coordinates beyond a million kilometres are damage, and overflow as soon as they are
+    moved into another frame.
 
     Args:
         columns: x, y and z one after the other: what works on clouds goes through one coordinate after the other.
     """
     x, y, z = columns
-    finite = np.isfinite(x) & np.isfinite(y) & np.isfinite(z)
+    finite = (np.abs(x) <= _MOST_M) & (np.abs(y) <= _MOST_M) & (np.abs(z) <= _MOST_M)
     kept: Any = slice(None) if finite.all() else finite
     return PointCloud(
         **head._asdict(),

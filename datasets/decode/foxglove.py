@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from navtool.datasets.decode.compressed_image import decode_compressed_image
+from navtool.datasets.decode.header import joined_ns
 from navtool.datasets.decode.image import decode_image
 from navtool.datasets.decode.messages import (
     CameraInfoSample,
@@ -16,9 +17,9 @@ from navtool.datasets.decode.messages import (
     TransformsSample,
 )
 from navtool.datasets.decode.point_cloud import decode_point_cloud
-from navtool.datasets.decode.sensor_geometry import decode_camera_info
+from navtool.datasets.decode.sensor_geometry import decode_camera_info, pose_matrix
 from navtool.datasets.errors import DatasetsError
-from navtool.pipeline.geometry.transforms import apply_transform, transform_from_xyz_quaternion
+from navtool.pipeline.geometry.transforms import apply_transform
 
 _POINT_FIELD = {1: 2, 2: 1, 3: 4, 4: 3, 5: 6, 6: 5, 7: 7, 8: 8}
 """Foxglove's numeric types by those of ``sensor_msgs/PointField``."""
@@ -122,7 +123,7 @@ def _nanoseconds(time: Any) -> int:
     """JSON says sec and nsec, protobuf seconds and nanos, ROS sec and nanosec."""
     for seconds, rest in (("sec", "nsec"), ("seconds", "nanos"), ("sec", "nanosec")):
         if hasattr(time, seconds) and hasattr(time, rest):
-            return int(getattr(time, seconds)) * 1_000_000_000 + int(getattr(time, rest))
+            return joined_ns(getattr(time, seconds), getattr(time, rest))
     raise DatasetsError("a timestamp without seconds")
 
 
@@ -149,13 +150,10 @@ def _pose(pose: Any) -> Any:
     quaternion = _numbers(pose.orientation, "xyzw")
     if not quaternion.any():
         quaternion[3] = 1.0
-    return transform_from_xyz_quaternion(_numbers(pose.position, "xyz"), quaternion)
+    return pose_matrix("its frame", "the points", _numbers(pose.position, "xyz"), quaternion)
 
 
 def _transform(message: Any) -> Transform:
     parent, child = str(message.parent_frame_id), str(message.child_frame_id)
-    try:
-        matrix = transform_from_xyz_quaternion(_numbers(message.translation, "xyz"), _numbers(message.rotation, "xyzw"))
-    except ValueError as error:
-        raise DatasetsError(f"the transform from {parent} to {child} has no rotation: {error}") from error
+    matrix = pose_matrix(parent, child, _numbers(message.translation, "xyz"), _numbers(message.rotation, "xyzw"))
     return Transform(parent=parent, child=child, stamp_ns=_nanoseconds(message.timestamp), matrix=matrix)

@@ -2,6 +2,8 @@
 
 from typing import Any, NamedTuple
 
+from navtool.datasets.errors import DatasetsError
+
 _NS_PER_S = 1_000_000_000
 
 
@@ -23,4 +25,16 @@ def head_of(message: Any) -> Head:
 
 def nanoseconds(time: Any) -> int:
     """A ``builtin_interfaces/Time`` or ROS 1 ``time`` as one number."""
-    return int(time.sec) * _NS_PER_S + int(time.nanosec)
+    return joined_ns(time.sec, time.nanosec)
+
+
+def joined_ns(seconds: Any, nanoseconds: Any) -> int:
+    """A time of two numbers as one.
+
+    Raises:
+        DatasetsError: It takes more than 63 bits, as schemas without types let it.
+    """
+    joined = int(seconds) * _NS_PER_S + int(nanoseconds)
+    if abs(joined) >= 1 << 63:
+        raise DatasetsError(f"a stamp of {seconds} s")
+    return joined

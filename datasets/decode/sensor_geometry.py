@@ -3,23 +3,34 @@
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float64
 
 from navtool.datasets.decode.header import NO_HEAD, head_of, nanoseconds
 from navtool.datasets.decode.messages import CameraInfoSample, Transform, TransformsSample
 from navtool.datasets.errors import DatasetsError
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_quaternion
+
+_MOST = 1e9
+"""No frame is mounted further away in metres, and no calibration has a larger number."""
 
 
 def decode_camera_info(message: Any) -> CameraInfoSample:
     """``sensor_msgs/CameraInfo``; binning and region of interest are left to the image's own size.
 
     Raises:
-        DatasetsError: The camera is not calibrated, or its lens model is unknown.
+        DatasetsError: The camera is not calibrated, a number is not finite or beyond all measure, or its lens model is
+            unknown.
     """
     # ROS 1 writes the matrices in upper case, ROS 2 in lower case.
     upper = hasattr(message, "K")
     d, k, r, p = (getattr(message, name if upper else name.lower()) for name in "DKRP")
+    if not (np.abs(np.array([*d, *k, *r, *p], np.float64)) <= _MOST).all():
+        raise DatasetsError(
+            "this calibration cannot be used: it has numbers that are not finite or beyond 1e9",
+            cure="set the camera of the robot",
+        )
     try:
         camera = CameraModel(
             width=int(message.width),
@@ -50,13 +61,26 @@ def decode_transforms(message: Any) -> TransformsSample:
     return TransformsSample(**NO_HEAD._asdict(), transforms=tuple(_transform(x) for x in message.transforms))
 
 
+def pose_matrix(
+    parent: str, child: str, xyz_m: Float64[Array, " 3"], quaternion: Float64[Array, " 4"]
+) -> Float64[Array, "4 4"]:
+    """The pose of the child frame in the parent frame.
+
+    Raises:
+        DatasetsError: The rotation is no rotation, or a number is not finite or beyond all measure.
+    """
+    numbers = np.concatenate([xyz_m, quaternion])
+    if not (np.abs(numbers) <= _MOST).all():
+        raise DatasetsError(f"the transform from {parent} to {child} has the numbers {numbers.tolist()}")
+    try:
+        return transform_from_xyz_quaternion(xyz_m, quaternion)
+    except ValueError as error:
+        raise DatasetsError(f"the transform from {parent} to {child} has no rotation: {error}") from error
+
+
 def _transform(stamped: Any) -> Transform:
     move, turn = stamped.transform.translation, stamped.transform.rotation
     parent, child = stamped.header.frame_id, stamped.child_frame_id
-    try:
-        matrix = transform_from_xyz_quaternion(
-            np.array([move.x, move.y, move.z]), np.array([turn.x, turn.y, turn.z, turn.w])
-        )
-    except ValueError as error:
-        raise DatasetsError(f"the transform from {parent} to {child} has no rotation: {error}") from error
+    xyz_m, quaternion = np.array([move.x, move.y, move.z]), np.array([turn.x, turn.y, turn.z, turn.w])
+    matrix = pose_matrix(parent, child, xyz_m, quaternion)
     return Transform(parent=parent, child=child, stamp_ns=nanoseconds(stamped.header.stamp), matrix=matrix)

@@ -116,24 +116,27 @@ def _state(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStr
         _mark(out, "state", around, usable)
         values = np.where(finite[:, None], stream.values, 0.0)
         clean = TimedStream(stream.scan, stream.time, values)
-        state = around.linear(_speeds(out, clean))
+        state = around.linear(_speeds(out, clean, finite))
         pose = _relative_pose(clean, around)
     out.values[STATE_KEY] = state.astype(np.float32)
     out.values[POSE_KEY] = pose.astype(np.float32)
 
 
-def _speeds(out: SmallColumns, stream: TimedStream) -> Float64[Array, "kept 2"]:
+def _speeds(out: SmallColumns, stream: TimedStream, known: Bool[Array, " kept"]) -> Float64[Array, "kept 2"]:
+    """Forward speed and turning rate; 0 where they are not known."""
     measured = stream.columns("vx_mps", "wz_radps")
-    position = stream.columns("x_m", "y_m")
+    position = stream.columns("x_m", "y_m")[known]
     path_m = float(np.linalg.norm(np.diff(position, axis=0), axis=1).sum())
     if measured.any() or path_m < STANDSTILL_M or len(position) < 2:
         return measured
     out.notes.append(f"state: every twist is 0 while the poses move {path_m:.1f} m; speeds are differences of poses")
-    time_s = (stream.time.stamps_ns - stream.time.stamps_ns[0]) * 1e-9
-    yaw = np.unwrap(quaternion_to_rpy(unit_quaternions(stream))[:, 2])
+    time_s = (stream.time.stamps_ns[known] - stream.time.stamps_ns[0]) * 1e-9
+    yaw = np.unwrap(quaternion_to_rpy(unit_quaternions(stream)[known])[:, 2])
     velocity = np.gradient(position, time_s, axis=0)
     forward = velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw)
-    return np.column_stack([forward, np.gradient(yaw, time_s)])
+    speeds = np.zeros_like(measured)
+    speeds[known] = np.column_stack([forward, np.gradient(yaw, time_s)])
+    return speeds
 
 
 def unit_quaternions(stream: TimedStream) -> Float64[Array, "kept 4"]:

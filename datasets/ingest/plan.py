@@ -32,6 +32,8 @@ from navtool.pipeline.arrays import Array
 GRID_STREAMS = ("image", "lidar", "odometry")
 """The first of these that lasts for two ticks spans the grid."""
 MIN_ROWS = 2
+MOST_PAUSE_S = 3600.0
+"""Where nothing that could make a grid comes for longer, there are two runs, or a stamp that is wrong."""
 
 
 @dataclass(slots=True)
@@ -87,7 +89,8 @@ def plan_episode(
         advance: Called with the bytes of each message read.
 
     Raises:
-        DatasetsError: If the recording has no stream that can span a grid, or less than two ticks of it.
+        DatasetsError: If the recording has no stream that can span a grid, less than two ticks of it, or is silent for
+            more than an hour.
     """
     topics = resolve_topic_map(robot.topics, recording.topics)
     if not any(getattr(topics, stream) for stream in GRID_STREAMS):
@@ -128,6 +131,11 @@ def plan_episode(
     notes = [
         *(f"recovered: {fault}" for fault in recording.faults),
         *topics.notes,
+        *(
+            f"{name}: {stream.beyond_measure} values are infinite or beyond 1e15: not measured"
+            for name, stream in scan.streams.items()
+            if stream.beyond_measure
+        ),
         *columns.notes,
         *discharge.notes,
         *heading_notes(small.get("odometry")),
@@ -186,6 +194,7 @@ def _grid(
         if name in scan.streams:
             times = clocks.times(name)
             stamps = times[name].stamps_ns
+            _refuse_silence(name, times, recording)
             ticks = _from_first_state(grid_ticks(int(stamps[0]), int(stamps[-1]), fps), times.get("odometry"))
             if ticks.size >= MIN_ROWS:
                 return name, times, ticks
@@ -194,6 +203,23 @@ def _grid(
         raise DatasetsError(_nothing_usable(recording, topics), where=recording.path, cure=_CURE_NOTHING)
     what = f"{', '.join(spans)}: less than two ticks at {fps} Hz"
     raise DatasetsError(what, where=recording.path, cure="record longer, or raise fps=")
+
+
+def _refuse_silence(grid_stream: str, times: dict[str, StreamTime], recording: Recording) -> None:
+    """A wrong stamp years away would make a grid of years."""
+    first_ns, last_ns = times[grid_stream].stamps_ns[[0, -1]]
+    stamps_ns = np.unique(np.concatenate([times[name].stamps_ns for name in GRID_STREAMS if name in times]))
+    stamps_ns = stamps_ns[(stamps_ns >= first_ns) & (stamps_ns <= last_ns)]
+    pauses_s = np.diff(stamps_ns) * 1e-9
+    if pauses_s.size and pauses_s.max() > MOST_PAUSE_S:
+        longest = int(pauses_s.argmax())
+        after_s = (stamps_ns[longest] - first_ns) * 1e-9
+        raise DatasetsError(
+            f"{grid_stream}: silence of {pauses_s[longest]:.0f} s behind {after_s:.3f} s: a stamp is wrong, or these "
+            "are two runs",
+            where=recording.path,
+            cure=f"set sync.{grid_stream}.clock=record if its header stamps are wrong, or split the recording",
+        )
 
 
 def _from_first_state(ticks: Int64[Array, " n"], odometry: StreamTime | None) -> Int64[Array, " m"]:

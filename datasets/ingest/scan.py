@@ -30,6 +30,8 @@ LARGE = ("image", "lidar")
 """Streams whose messages are decoded in the second pass only."""
 _TRIES = 5
 """Messages of a large stream that may be broken before the stream counts as unreadable."""
+_MOST = 1e15
+"""No robot measures more, in whatever unit; sums and rates of such numbers still fit into the columns' float32."""
 
 
 @dataclass(slots=True)
@@ -46,6 +48,8 @@ class StreamScan:
     undecodable: int = 0
     first_fault: str = ""
     native_size: tuple[int, int] | None = None
+    beyond_measure: int = 0
+    """Numbers that ``values`` left out."""
 
     @property
     def stamps(self) -> tuple[Int64[Array, " n"], Int64[Array, " n"]]:
@@ -53,8 +57,12 @@ class StreamScan:
         return np.array(self.header_ns, dtype=np.int64), np.array(self.record_ns, dtype=np.int64)
 
     def values(self) -> Float64[Array, "n columns"]:
-        """The decoded rows of a small stream."""
-        return np.array(self.rows, dtype=np.float64).reshape(len(self.rows), len(self.columns))
+        """The decoded rows of a small stream; numbers that are infinite or beyond 1e15 become NaN and are counted."""
+        table = np.array(self.rows, dtype=np.float64).reshape(len(self.rows), len(self.columns))
+        beyond = np.abs(table) > _MOST
+        self.beyond_measure = int(np.count_nonzero(beyond))
+        table[beyond] = np.nan
+        return table
 
 
 @dataclass(slots=True)

@@ -8,6 +8,7 @@ import json
 from types import SimpleNamespace
 from typing import Any
 
+from navtool.datasets.decode.header import joined_ns
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.source import Definition
 
@@ -43,7 +44,7 @@ class JsonType:
     def read(self, data: bytes) -> int | None:
         """The stamp in nanoseconds; None where the message has none."""
         time = json.loads(data).get("timestamp")
-        return None if time is None else int(time["sec"]) * 1_000_000_000 + int(time["nsec"])
+        return None if time is None else joined_ns(time["sec"], time["nsec"])
 
 
 class ProtobufType:
@@ -82,7 +83,7 @@ class ProtobufType:
     def read(self, data: bytes) -> int | None:
         """The stamp in nanoseconds; None where the message has none."""
         time = getattr(self.deserialise(data), "timestamp", None)
-        return None if time is None else int(time.seconds) * 1_000_000_000 + int(time.nanos)
+        return None if time is None else joined_ns(time.seconds, time.nanos)
 
 
 def schema_type(name: str, encoding: str, definition: Definition | None) -> JsonType | ProtobufType:

@@ -1,5 +1,6 @@
 """Where the sensors sit: chains of transforms, fallbacks, and what stays unknown."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,13 @@ def test_a_rectified_image_is_projected_without_distortion(topic: str, focal: fl
     assert (found.camera.width, found.camera.height) == (320, 240)
     assert found.camera.fx == pytest.approx(focal)
     assert (found.camera.distortion_model != "none") == distorted
+
+
+def test_a_rectified_image_without_a_projection_is_projected_by_its_intrinsics() -> None:
+    info = replace(_info(400.0), projection=np.zeros((3, 4)))
+    found = calibrate(RobotConfig(), RecordedGeometry(camera_info=info), image_topic="/image_rect", native_size=None)
+    assert found.camera == replace(info.camera, distortion_model="none", distortion=()).scaled_to(320, 240)
+    assert "no projection matrix" in found.sources["camera"]
 
 
 def test_the_robots_camera_stands_in_and_everything_reads_back_equal(tmp_path: Path) -> None:

@@ -162,7 +162,18 @@ def test_a_calibration_without_a_lens_model_is_of_an_ideal_lens(decode: Make) ->
     assert (sample.camera.distortion_model, sample.camera.distortion) == ("none", ())
 
 
-@pytest.mark.parametrize("change", [{"k": np.zeros(9)}, {"distortion_model": "magic"}, {"width": 0}])
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"k": np.zeros(9)},
+        {"distortion_model": "magic"},
+        {"width": 0},
+        {"p": np.full(12, np.nan)},
+        {"r": np.full(9, np.inf)},
+        {"d": [1e300, 0.0, 0.0, 0.0, 0.0]},
+        {"k": [1e308, 0.0, 321.0, 0.0, 1e308, 242.0, 0.0, 0.0, 1.0]},
+    ],
+)
 def test_a_camera_that_is_not_calibrated_is_refused(change: dict[str, Any], decode: Make) -> None:
     with pytest.raises(DatasetsError, match=r"this calibration cannot be used(.|\n)*cure"):
         decode("sensor_msgs/msg/CameraInfo", {**CALIBRATION, **change})
@@ -190,6 +201,15 @@ def test_a_transform_without_a_rotation_is_refused_by_name(decode: Make) -> None
     lost = {"transforms": [transform_fields("lidar", {"x": 0.0, "y": 0.0, "z": 0.0, "w": 0.0})]}
     with pytest.raises(DatasetsError, match="from frame to lidar"):
         decode("tf2_msgs/msg/TFMessage", lost)
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, 1e300])
+@pytest.mark.parametrize("part", ["translation", "rotation"])
+def test_a_transform_of_numbers_beyond_all_measure_is_refused_by_name(part: str, number: float, decode: Make) -> None:
+    lost = transform_fields("lidar", TURN)
+    lost["transform"] = {**lost["transform"], part: {**lost["transform"][part], "y": number}}
+    with pytest.raises(DatasetsError, match="from frame to lidar has the numbers"):
+        decode("tf2_msgs/msg/TFMessage", {"transforms": [lost]})
 
 
 @pytest.mark.parametrize(("status", "has_fix"), [(-1, False), (0, True), (2, True)])

@@ -184,10 +184,11 @@ def test_points_that_are_not_finite_are_dropped_with_all_they_have(ros_message: 
     np.testing.assert_allclose(cloud.time_s, [0.0, 0.4], rtol=1e-6)
 
 
-def test_a_double_beyond_single_precision_counts_as_not_finite(ros_message: Make) -> None:
-    columns = {"x": [1.0, 1e300], "y": [0.0, 0.0], "z": [0.0, 0.0]}
+@pytest.mark.parametrize("far_m", [1e300, 3e38, 2e9])
+def test_a_coordinate_beyond_all_measure_counts_as_not_finite(far_m: float, ros_message: Make) -> None:
+    columns = {"x": [1.0, 0.0, 0.0], "y": [0.0, far_m, 0.0], "z": [0.0, 0.0, -far_m]}
     cloud = decode_point_cloud(ros_message(CLOUD, one_row(tuple(Field(n, 8) for n in "xyz"), columns)))
-    assert (cloud.xyz.tolist(), cloud.dropped_nonfinite) == ([[1, 0, 0]], 1)
+    assert (cloud.xyz.tolist(), cloud.dropped_nonfinite) == ([[1, 0, 0]], 2)
 
 
 def test_rings_that_cannot_be_rings_are_left_out(ros_message: Make) -> None:
