@@ -25,6 +25,8 @@ def compose[T](config: str, overrides: Sequence[str], result: type[T]) -> T:
 
     from navtool.configs.schema import config_folder, register
 
+    if added := [override for override in overrides if override.startswith("+")]:
+        raise UsageError(f"{', '.join(added)}: there is no such setting to add", cure=_CURE)
     register(config)
     GlobalHydra.instance().clear()
     with usage_errors(), initialize_config_dir(str(config_folder()), version_base="1.3"):
@@ -79,7 +81,14 @@ def _readable(error: BaseException) -> str:
 
 
 def _says_something(line: str) -> bool:
-    noise = ("full_key:", "reference_type=", "object_type=", "See https://", "Set the environment variable")
+    noise = (
+        "To append to your config use",
+        "full_key:",
+        "reference_type=",
+        "object_type=",
+        "See https://",
+        "Set the environment variable",
+    )
     return bool(line.strip()) and not line.strip().startswith(noise)
 
 

@@ -16,7 +16,7 @@ def ingest(
     out: Path | None = typer.Option(None, "--out", help="Folder of the data set; made, or appended to."),
     robot: str | None = typer.Option(None, "--robot", help="Robot preset, or a file as `inspect --write-robot` saves."),
     workers: int = typer.Option(1, "--workers", min=1, help="Processes that read at the same time."),
-    dry_run: bool = typer.Option(False, "--dry-run", help="Read and plan everything, write nothing."),
+    dry_run: bool = typer.Option(False, "--dry-run", help="Read and plan, as for a new data set; write nothing."),
     allow_missing: bool = typer.Option(False, "--allow-missing", help="Take recordings that lack some streams."),
     cfg: str | None = typer.Option(None, "--cfg", help="Print the configuration (job), and do nothing else."),
     as_json: bool = typer.Option(False, "--json", help="Print JSON."),
@@ -82,8 +82,12 @@ def print_ingest(report: "IngestReport") -> None:
         print_table("Topics not used", ("topic", "type", "reason"), sorted(unused))
     if report.quarantined:
         print_table("Not ingested", ("recording", "reason"), ((q.path, q.reason) for q in report.quarantined))
-    print_notes(dict.fromkeys(note for e in report.episodes for note in e.notes))
+    if len(report.episodes) == 1:
+        print_notes(report.episodes[0].notes)
+    else:
+        print_notes(f"{e.source}: {note}" for e in report.episodes for note in e.notes)
     print_notes(f"{source}: in the data set already, skipped" for source in report.skipped)
+    print_notes(f"{source}: its place is now {place}" for source, place in report.placed.items())
     done = f"{len(report.episodes)} episodes, {report.rows} rows from {report.bytes_in / 1e6:.1f} MB"
     cost = f"{report.seconds:.1f} s, at most {report.peak_rss_mib:.0f} MiB of memory"
     where = f"data set: {report.dataset}" if Path(report.dataset).is_dir() else "nothing written"

@@ -17,11 +17,14 @@ def inspect(
     Topics, types, rates, gaps, the distance between header and record clocks, and which topic ingest would take for
     which stream.
     """
+    from navtool.cli.compose import UsageError
     from navtool.cli.console import console, print_json, print_notes, print_table
     from navtool.cli.robots import find_robot
     from navtool.datasets.inspect import inspect_recording, robot_from
     from navtool.datasets.robot import save_robot_file
 
+    if write_robot is not None and write_robot.exists():
+        raise UsageError("is there already", where=write_robot, cure="name another file, or remove it")
     base = find_robot(robot, ())
     inspection = inspect_recording(bag, base.topics)
     if write_robot is not None:

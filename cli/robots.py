@@ -23,6 +23,8 @@ def ingest_job(robot: str | None, overrides: Sequence[str]) -> "IngestJob":
     from navtool.datasets.lineage import plain
     from navtool.datasets.robot import load_robot_file
 
+    for name in [robot, *(x.removeprefix("robot=") for x in overrides if x.startswith("robot="))]:
+        _check_preset(name)
     if robot is None:
         return compose("ingest", overrides, IngestJob)
     if any(override.startswith("robot=") for override in overrides):
@@ -37,6 +39,21 @@ def ingest_job(robot: str | None, overrides: Sequence[str]) -> "IngestJob":
         option.write_text(f"defaults:\n  - robot_schema\n{content}", encoding="utf-8")
         found = [f"hydra.searchpath=[{quoted(f'file://{folder}')}]", "robot=from_file"]
         return compose("ingest", [*found, *overrides], IngestJob)
+
+
+def _check_preset(name: str | None) -> None:
+    """Refuse the name of a preset that there is none of; files are for others to look at."""
+    from difflib import get_close_matches
+
+    from navtool.cli.compose import UsageError
+    from navtool.configs.schema import config_folder
+
+    known = sorted(path.stem for path in (config_folder() / "robot").glob("*.yaml"))
+    if name is None or "/" in name or "." in name or name in known:
+        return
+    near = get_close_matches(name, known, 1)
+    meant = f" (did you mean {near[0]}?)" if near else ""
+    raise UsageError(f"no robot preset is called {name!r}{meant}", cure=f"known are {', '.join(known)}")
 
 
 def find_robot(robot: str | None, overrides: Sequence[str]) -> "RobotConfig":

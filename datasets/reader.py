@@ -23,6 +23,8 @@ from navtool.datasets.whole_clouds import WholeCloud, read_whole_clouds
 from navtool.pipeline.arrays import Array
 
 _REBUILD = "run `navtool check` on it; ingest its recording again"
+SMALL_STREAMS = ("odometry", "imu", "joints", "battery", "command", "intervention")
+"""What may be beside the rows at its own rate."""
 _OPEN_FILES = 16
 """Open data files and videos that a reader keeps."""
 
@@ -50,14 +52,20 @@ class NavDataset:
     and pickles as its path.
     """
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path | str, *, verify: bool = False) -> None:
         """Open it.
+
+        Args:
+            root: The folder that `navtool ingest --out` wrote.
+            verify: Whether the checksums of the Parquet files' pages are compared whenever they are read.
 
         Raises:
             DatasetsError: If there is no data set of this schema version here, or its metadata is damaged.
         """
+        root = Path(root)
         recover(root)
         self.root = root
+        self._verify = verify
         self.description = read_description(root)
         self.layout = Layout(root)
         self.fps = self.description.fps
@@ -141,13 +149,28 @@ class NavDataset:
         return self.episodes[int(np.searchsorted(starts, row, side="right")) - 1]
 
     def calibration(self, episode: int) -> Calibration:
-        """The geometry of an episode's robot."""
+        """The geometry of an episode's robot.
+
+        Raises:
+            IndexError: If there is no such episode.
+        """
+        self._check_episode(episode)
         if episode not in self._calibrations:
             self._calibrations[episode] = read_calibration(self.layout.episode(episode) / "calibration.json")
         return self._calibrations[episode]
 
     def stream(self, episode: int, name: str) -> dict[str, Shaped[Array, " samples"]] | None:
-        """An episode's stream at its native rate, by column (``stamp_ns``, ``record_ns``, values); None if absent."""
+        """An episode's stream at its native rate, by column (``stamp_ns``, ``record_ns``, values); None if absent.
+
+        Raises:
+            DatasetsError: If there is no stream of this name at all, or the file is damaged.
+            IndexError: If there is no such episode.
+        """
+        self._check_episode(episode)
+        if name not in SMALL_STREAMS:
+            raise DatasetsError(
+                f"no stream is called {name!r}", where=self.root, cure=f"use {', '.join(SMALL_STREAMS)}"
+            )
         path = self.layout.episode(episode) / "streams" / f"{name}.parquet"
         if not path.is_file():
             return None
@@ -160,10 +183,16 @@ class NavDataset:
 
         Raises:
             DatasetsError: While iterating: a file is damaged.
+            IndexError: While iterating: there is no such episode.
         """
+        self._check_episode(episode)
         folder = self.layout.episode(episode) / "clouds"
         with _translated(folder):
-            yield from read_whole_clouds(folder)
+            yield from read_whole_clouds(folder, verify=self._verify)
+
+    def _check_episode(self, episode: int) -> None:
+        if not 0 <= episode < len(self.episodes):
+            raise IndexError(f"episode {episode} of a data set with {len(self.episodes)}")
 
     def lineage(self) -> dict[str, Any]:
         """What the data set was made from: recordings with hashes, settings, code."""
@@ -212,7 +241,9 @@ class NavDataset:
     def _data_file(self, episode: Episode) -> pq.ParquetFile:
         path = self.layout.data(episode.index)
         with _translated(path):
-            file = self._files.pop(episode.index, None) or pq.ParquetFile(path, memory_map=True)
+            file = self._files.pop(episode.index, None) or pq.ParquetFile(
+                path, memory_map=True, page_checksum_verification=self._verify
+            )
         self._files[episode.index] = file
         _evict(self._files)
         return file

@@ -35,10 +35,14 @@ class WholeCloud:
     time_s: Float32[Array, " n"] | None
 
 
-def read_whole_clouds(folder: Path) -> Iterator[WholeCloud]:
-    """The clouds of an episode in the order of record, in the memory of one row group."""
+def read_whole_clouds(folder: Path, *, verify: bool = False) -> Iterator[WholeCloud]:
+    """The clouds of an episode in the order of record, in the memory of one row group.
+
+    Args:
+        verify: Whether the pages' checksums are compared.
+    """
     for part in sorted(folder.glob("part-*.parquet")):
-        with pq.ParquetFile(part) as file:
+        with pq.ParquetFile(part, page_checksum_verification=verify) as file:
             for group in range(file.num_row_groups):
                 for row in file.read_row_group(group, use_threads=False).to_pylist():
                     yield _cloud(row)

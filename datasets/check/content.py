@@ -5,6 +5,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, runs, short
+from navtool.datasets.lineage import file_sha256
 from navtool.datasets.reader import NavDataset
 from navtool.datasets.schema import (
     CLOUD_RELIABILITY_KEYS,
@@ -79,6 +80,9 @@ def check_video(dataset: NavDataset) -> Findings:
         return
     for episode in dataset.episodes:
         path = dataset.layout.video(episode.index)
+        made = dataset.provenance()[episode.index].get("video_sha256")
+        if path.is_file() and made is not None and file_sha256(path) != made:
+            yield Severity.FAIL, short(dataset, path), "its bytes are not those that ingest wrote"
         try:
             with av.open(str(path)) as container:
                 frames, same, previous = 0, [], None
@@ -107,7 +111,11 @@ def check_streams(dataset: NavDataset) -> Findings:
             rows = valid[episode.start : episode.stop]
             share = 1.0 - float(rows.mean())
             if share > INVALID_SHARE:
-                yield Severity.WARN, name_of(episode), f"{stream} is not valid in {share:.0%} of the rows"
+                yield (
+                    Severity.WARN,
+                    name_of(episode),
+                    f"{stream} is {'never valid' if share == 1 else f'not valid in {share:.0%} of the rows'}",
+                )
             if stream == "action" and not rows.any():
                 continue
             for first, end in runs(~rows):

@@ -21,7 +21,7 @@ def check_native(dataset: NavDataset) -> Findings:
     for episode in dataset.episodes:
         for path in sorted((dataset.layout.episode(episode.index) / "streams").glob("*.parquet")):
             try:
-                table = pq.read_table(path)
+                table = pq.read_table(path, page_checksum_verification=True)
             except (OSError, pa.ArrowException) as error:
                 yield Severity.FAIL, short(dataset, path), f"cannot be read: {first_line(error)}"
                 continue

@@ -40,7 +40,7 @@ def check_dataset(root: Path, progress: Callable[[str], None] | None = None) -> 
     """
     report = CheckReport(str(root))
     try:
-        dataset = NavDataset(root)
+        dataset = NavDataset(root, verify=True)
     except DatasetsError as error:
         if error.where == str(root):
             raise

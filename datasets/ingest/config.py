@@ -9,6 +9,9 @@ from navtool.datasets.sync import Method
 from navtool.pipeline.cloud_reliability import CloudReliabilityConfig
 from navtool.pipeline.image_reliability import ImageReliabilityConfig
 
+PARENT = "{parent}"
+"""As place: the name of each recording's folder."""
+
 
 class Merge(StrEnum):
     """What is one recording."""
@@ -98,7 +101,7 @@ class IngestConfig:
     merge: Merge = Merge.file
     """What is one recording: each file (and each rosbag2 folder), or all bags of a folder together, as of a mission."""
     voxel_m: float = 0.05
-    """Edge of the voxels by which a cloud is thinned before points are drawn at random, in metres; 0 turns it off."""
+    """Edge of the voxels that thin a cloud before points are drawn at random, 0.001 to 2 m in whole millimetres."""
     sync: SyncConfig = field(default_factory=SyncConfig)
     """Which time counts, and how each stream is brought onto the grid."""
     deskew: bool = False
@@ -109,7 +112,9 @@ class IngestConfig:
     """GrASPE eq. (3) to (5), on the cloud as recorded."""
 
     def __post_init__(self) -> None:
+        if self.place != PARENT and any(mark in self.place for mark in "{}"):
+            raise ValueError(f"place = {self.place}: a name, or {PARENT} for the name of each recording's folder")
         if not 1 <= self.fps <= 60:
             raise ValueError(f"fps = {self.fps} Hz is outside 1 to 60 Hz")
-        if not (math.isfinite(self.voxel_m) and 0 <= self.voxel_m <= 2):
-            raise ValueError(f"voxel_m = {self.voxel_m} m is outside 0 to 2 m")
+        if not (math.isfinite(self.voxel_m) and 0.001 <= self.voxel_m <= 2):
+            raise ValueError(f"voxel_m = {self.voxel_m} m is outside 0.001 to 2 m")

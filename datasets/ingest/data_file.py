@@ -55,6 +55,7 @@ WRITER_OPTIONS: dict[str, object] = {
     "compression_level": 1,
     "use_dictionary": ["label.reason"],
     "write_statistics": False,
+    "write_page_checksum": True,
 }
 """How data files are written, by ingest and by relabelling alike."""
 

@@ -23,6 +23,7 @@ from navtool.datasets.ingest.steps import (
     Planned,
     add_episode,
     join_step,
+    place_of,
     plan_step,
     segment_step,
     summary_of,
@@ -306,7 +307,7 @@ class _Line:
             raise ValueError("a recording that was not planned")
         self._report.bytes_in += 0 if entry.plan.plan is None else entry.plan.size
         if entry.plan.plan is None or self._known.get(entry.plan.sha256) == self._job.settings_hash:
-            self._report.skipped.append(source_name(entry.path))
+            self._keep(entry)
             return None
         if self._store is None:
             return summary_of(entry.plan.plan, entry.path, None)
@@ -317,6 +318,15 @@ class _Line:
         )
         self._known[entry.plan.sha256] = self._job.settings_hash
         return summary
+
+    def _keep(self, entry: _Recording) -> None:
+        """Leave an episode as it is; only its place is a name, which may be another one now."""
+        name, place = source_name(entry.path), place_of(entry.path, self._job.config)
+        self._report.skipped.append(name)
+        if self._store is None or entry.plan is None or not place:
+            return
+        if self._store.set_place(entry.plan.sha256, place):
+            self._report.placed[name] = place
 
     def _quarantine(self, path: Path, error: DatasetsError) -> None:
         logger.warning("%s", error)

@@ -30,7 +30,8 @@ _NO_POINTS: Points = np.zeros((CLOUD_SIZE, 3), dtype=np.float32)
 class LidarLane(Lane):
     """Keeps clouds whole, judges them as they were recorded, and thins them in the base frame for the rows.
 
-    Whole clouds are compressed and written in the thread beside.
+    Whole clouds are compressed and written in the thread beside. Where the rows have no clouds, ``points`` is None and
+    they are kept whole alone.
     """
 
     def __init__(
@@ -66,7 +67,7 @@ class LidarLane(Lane):
             self.points_nonfinite += sample.dropped_nonfinite
             serves = self._segment.first_tick + ticks[0] if ticks else -1
             self._beside.call(self._clouds.add, sample, stamp_ns, raw.record_ns, serves)
-        if ticks:
+        if ticks and self._file is not None:
             self._judge(ticks, cloud_reliability(sample.xyz, sample.ring, self._config.cloud_reliability))
             points, kept = self._in_base_frame(sample, stamp_ns)
             self._counts[ticks] = kept
@@ -74,9 +75,10 @@ class LidarLane(Lane):
                 self._thinned[tick] = points, kept
 
     def _write(self, tick: int) -> None:
+        if self._file is None:
+            return
         points, kept = self._thinned.pop(tick, (_NO_POINTS, 0))
-        if self._file is not None:
-            self._file.write(points.data)
+        self._file.write(points.data)
         if kept:
             self.stats.add(points[:kept])
 

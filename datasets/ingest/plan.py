@@ -1,5 +1,6 @@
 """What an episode will be, known after the first pass: its grid, its small columns, who serves which tick."""
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -119,7 +120,8 @@ def plan_episode(
     large = {
         name: _large(scan.streams[name], times[name], ticks, config.sync.gridded()[name])
         for name in LARGE
-        if name in scan.streams and getattr(contents, name)
+        # Clouds are kept whole beside the rows, also where the rows have none.
+        if name in scan.streams and (getattr(contents, name) or name == "lidar")
     }
     for name in LARGE:
         if getattr(contents, name):
@@ -161,7 +163,7 @@ def plan_episode(
         calibration=calibration,
         recording_start_ns=clocks.on_clock_of(grid_stream, recording.start_ns),
         sync_report=sync_report(scan, clocks, times, grid_stream, ticks, columns.values, config.sync),
-        dropped=_dropped(scan, times, large, ticks),
+        dropped=_dropped(scan, times, {name: x for name, x in large.items() if getattr(contents, name)}, ticks),
         notes=notes,
         faults=recording.faults,
     )
@@ -291,5 +293,10 @@ def _dropped(
 
 def source_name(path: Path) -> str:
     """How a recording is named in the data set: its folder's name and its own."""
-    resolved = path.resolve()
-    return f"{resolved.parent.name}/{resolved.name}"
+    named = absolute(path)
+    return f"{named.parent.name}/{named.name}"
+
+
+def absolute(path: Path) -> Path:
+    """The whole path, by the names that it was given with: a link is not followed."""
+    return Path(os.path.abspath(path))  # noqa: PTH100 - Path.absolute keeps the dots

@@ -40,6 +40,8 @@ class IngestReport:
     episodes: list[EpisodeSummary] = field(default_factory=list)
     skipped: list[str] = field(default_factory=list)
     """Recordings that the data set had already."""
+    placed: dict[str, str] = field(default_factory=dict)
+    """Of these, those whose place is another one now."""
     quarantined: list[Quarantined] = field(default_factory=list)
     seconds: float = 0.0
     bytes_in: int = 0
@@ -70,6 +72,7 @@ class IngestReport:
             "dropped": self.dropped,
             "quarantined": [plain(entry) for entry in self.quarantined],
             "skipped": self.skipped,
+            "placed": self.placed,
             "seconds": round(self.seconds, 3),
             "bytes_in": self.bytes_in,
             "peak_rss_mib": round(self.peak_rss_mib, 1),

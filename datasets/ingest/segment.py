@@ -89,8 +89,8 @@ def clouds_part(folder: Path, segment: int) -> Path:
 
 
 def cut_segments(plan: EpisodePlan) -> list[Segment]:
-    """The segments of an episode; none where it has neither images nor clouds."""
-    if not (plan.contents.image or plan.contents.lidar):
+    """The segments of an episode; none where neither its rows nor its recording have images or clouds."""
+    if not (plan.large or plan.contents.image or plan.contents.lidar):
         return []
     total = int(plan.ticks_ns.size)
     count = -(-total // TICKS_PER_SEGMENT)

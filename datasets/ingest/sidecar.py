@@ -43,6 +43,7 @@ class CloudFile:
             CLOUD_SCHEMA,
             compression="lz4",
             use_dictionary=False,
+            write_page_checksum=True,
             write_statistics=["stamp_ns", "record_ns", "frame_index"],
         )
         self._numbers: list[tuple[int, int, int]] = []
@@ -103,6 +104,5 @@ def write_streams(folder: Path, streams: Mapping[str, TimedStream]) -> None:
         columns = {"stamp_ns": stream.time.stamps_ns, "record_ns": record_ns}
         columns |= {column: stream.values[:, place] for place, column in enumerate(stream.scan.columns)}
         arrays = [number_array(column) for column in columns.values()]
-        pq.write_table(
-            pa.Table.from_arrays(arrays, names=list(columns)), folder / f"{name}.parquet", compression="zstd"
-        )
+        table = pa.Table.from_arrays(arrays, names=list(columns))
+        pq.write_table(table, folder / f"{name}.parquet", compression="zstd", write_page_checksum=True)

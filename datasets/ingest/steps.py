@@ -13,9 +13,9 @@ from pathlib import Path
 from navtool.datasets.description import Description
 from navtool.datasets.errors import OutputError
 from navtool.datasets.files import write_bytes, write_json
-from navtool.datasets.ingest.config import IngestConfig, Merge
+from navtool.datasets.ingest.config import PARENT, IngestConfig, Merge
 from navtool.datasets.ingest.episode import EpisodeFolder, Numbering, join_segments, renumber, streams_folder
-from navtool.datasets.ingest.plan import EpisodePlan, plan_episode, source_name
+from navtool.datasets.ingest.plan import EpisodePlan, absolute, plan_episode, source_name
 from navtool.datasets.ingest.report import EpisodeSummary
 from navtool.datasets.ingest.segment import Segment, SegmentResult
 from navtool.datasets.ingest.settings import settings_hash, streams_left_out
@@ -24,7 +24,7 @@ from navtool.datasets.ingest.sync_picture import sync_picture
 from navtool.datasets.ingest.sync_report import stream_notes
 from navtool.datasets.ingest.workers import Advance, Stopped
 from navtool.datasets.ingest.write_segment import write_segment
-from navtool.datasets.lineage import code_version, plain, recording_sha256
+from navtool.datasets.lineage import code_version, file_sha256, plain, recording_sha256
 from navtool.datasets.recording import open_recording
 from navtool.datasets.robot import RobotConfig
 from navtool.datasets.schema import Contents, features_of
@@ -72,8 +72,14 @@ def plan_step(
             streams_to = None if staged is None else streams_folder(staged)
             plan = plan_episode(recording, robot, config, fixed, streams_to, advance)
         sha256, size = hashing.result()
+    if config.merge is Merge.folder and len(recording.files) > 1:
+        plan.notes.insert(
+            0, f"made of {len(recording.files)} files: {', '.join(file.name for file in recording.files)}"
+        )
     if fixed is not None and (extra := streams_left_out(fixed, plan.found)):
-        plan.notes.append(f"{', '.join(extra)}: not used, since the data set's first recording did not have them")
+        plan.notes.append(
+            f"{', '.join(extra)}: not in the rows, since the data set's first recording did not have them"
+        )
     return Planned(sha256, size, plan)
 
 
@@ -125,6 +131,8 @@ def add_episode(
     if plan is None:
         raise ValueError("a recording without a plan")
     replaced = store.episode_from(source_name(path), planned.sha256, plan.recording_start_ns)
+    if replaced is not None:
+        joined.notes.append("in the place of an older episode; labels were taken away: run `navtool label` again")
     with _output_errors(joined.folder.root):
         renumber(joined.folder, store.numbering(replaced), plan.contents)
     number = joined.folder.numbering.episode_index
@@ -140,7 +148,7 @@ def add_episode(
         "source": summary.source,
         "sha256": planned.sha256,
         "bytes": planned.size,
-        "place": path.resolve().parent.name if config.place == "{parent}" else config.place,
+        "place": place_of(path, config),
         "recording_start_ns": plan.recording_start_ns,
         "start_ns": int(plan.ticks_ns[0]),
         "end_ns": int(plan.ticks_ns[-1]),
@@ -150,11 +158,18 @@ def add_episode(
         "config_hash": settings_hash(robot, config),
         "code_version": code_version(),
     }
+    if plan.contents.image:
+        provenance["video_sha256"] = file_sha256(joined.folder.video)
     if replaced is None:
         store.commit(joined.folder, description, provenance)
     else:
         store.replace(joined.folder, provenance)
     return summary
+
+
+def place_of(path: Path, config: IngestConfig) -> str:
+    """Where a recording was made, as the settings say: of its folder's name the one it is reached by."""
+    return absolute(path).parent.name if config.place == PARENT else config.place
 
 
 def summary_of(

@@ -94,6 +94,19 @@ class Store:
                 return number
         return None
 
+    def set_place(self, sha256: str, place: str) -> bool:
+        """Say where a recording was made; whether that is news.
+
+        Raises:
+            OutputError: It cannot be written.
+        """
+        for number, entry in enumerate(self._provenance):
+            if entry["sha256"] == sha256 and entry["place"] != place:
+                self._provenance[number] = entry | {"place": place}
+                write_json(self.layout.episode(number) / "provenance.json", self._provenance[number])
+                return True
+        return False
+
     def numbering(self, episode: int | None) -> Numbering:
         """The place of the next episode, or that of one that is to be replaced."""
         if episode is None:

@@ -37,7 +37,9 @@ def write_segment(
         files = stack.enter_context(ExitStack())
         beside = stack.enter_context(Background())
         camera = _camera_lane(segment, config, folder, files) if segment.image else None
-        lidar = _lidar_lane(segment, config, folder, files, beside) if segment.lidar else None
+        lidar = (
+            _lidar_lane(segment, config, folder, files, beside) if segment.lidar or "lidar" in segment.parts else None
+        )
         if segment.end_ns >= segment.start_ns:
             topics = {part.topic: name for name, part in segment.parts.items()}
             position = {name: part.first for name, part in segment.parts.items()}
@@ -54,7 +56,7 @@ def write_segment(
             beside.call(camera.finish)
         if lidar is not None:
             lidar.finish()
-    return _result(camera, lidar)
+    return _result(segment, camera, lidar)
 
 
 def _camera_lane(segment: Segment, config: IngestConfig, folder: Path, files: ExitStack) -> CameraLane:
@@ -65,19 +67,20 @@ def _camera_lane(segment: Segment, config: IngestConfig, folder: Path, files: Ex
 def _lidar_lane(
     segment: Segment, config: IngestConfig, folder: Path, files: ExitStack, beside: Background
 ) -> LidarLane:
-    points = files.enter_context(points_part(folder, segment.number).open("wb"))
+    points = files.enter_context(points_part(folder, segment.number).open("wb")) if segment.lidar else None
     there = "lidar" in segment.parts
     clouds = files.enter_context(CloudFile(clouds_part(folder, segment.number))) if there else None
     return LidarLane(segment, points, clouds, config, beside)
 
 
-def _result(camera: CameraLane | None, lidar: LidarLane | None) -> SegmentResult:
+def _result(segment: Segment, camera: CameraLane | None, lidar: LidarLane | None) -> SegmentResult:
     result = SegmentResult()
     for name, lane in (("image", camera), ("lidar", lidar)):
         if lane is not None:
-            result.columns |= lane.columns
-            if lane.lost:
-                result.lost[name] = lane.lost
+            if getattr(segment, name):
+                result.columns |= lane.columns
+                if lane.lost:
+                    result.lost[name] = lane.lost
             if lane.undecodable:
                 result.undecodable[name] = lane.undecodable
     if camera is not None:

@@ -106,6 +106,11 @@ class Recording:
         return self._merged([_from(start, source.messages(wanted, first, last)) for start, source in inside])
 
     @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that it consists of, in the order of their beginnings."""
+        return tuple(source.where for source in self._sources)
+
+    @property
     def faults(self) -> tuple[str, ...]:
         """What is wrong with the files, as far as they were read: what had to be skipped or done without."""
         parts = [(source.where, fault) for source in self._sources for fault in source.faults]

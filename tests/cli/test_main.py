@@ -195,3 +195,17 @@ def test_an_interrupted_ingest_says_so_and_leaves_nothing_half_written(
     done = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
     assert "3 episodes" in done.stdout or "skipped" in done.stderr
     assert len(NavDataset(out).episodes) == 3
+
+
+def test_near_misses_are_named(navtool: Callable[..., Any], tmp_path: Path) -> None:
+    typo = navtool("ingest", "a.bag", "--out", str(tmp_path / "out"), "robot=jakal")
+    assert typo.code == 2
+    assert "did you mean jackal?" in typo.err
+    added = navtool("ingest", "a.bag", "--out", str(tmp_path / "out"), "+fpss=3")
+    assert added.code == 2
+    assert "+fpss=3: there is no such setting to add" in added.err
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("name: kept")
+    kept = navtool("inspect", "a.bag", "--write-robot", str(mine))
+    assert kept.code == 2
+    assert mine.read_text() == "name: kept"

@@ -258,3 +258,19 @@ def test_a_frozen_camera_and_a_frozen_lidar(
     assert told["video"] == "every frame looks the same"
     # The points that stay are drawn anew from each cloud's stamp: here all of them fit.
     assert told["clouds"].startswith("the cloud is frozen for 7")
+
+
+@pytest.mark.parametrize(
+    "part", ["data/chunk-000/file-000.parquet", "clouds/part-00000.parquet", "streams/imu.parquet", ".mp4"]
+)
+def test_a_flipped_bit_is_found(part: str, labelled_dataset: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(labelled_dataset, out)
+    path = next(file for file in sorted(out.rglob("*")) if file.as_posix().endswith(part))
+    content = bytearray(path.read_bytes())
+    for share in (0.3, 0.5, 0.7):
+        content[int(len(content) * share)] ^= 4
+    path.write_bytes(content)
+    report = check_dataset(out)
+    assert not report.passed
+    assert any(finding.severity is Severity.FAIL and finding.where for finding in report.findings)

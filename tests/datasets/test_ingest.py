@@ -351,3 +351,41 @@ def test_a_message_cut_within_its_header_costs_that_message_alone(
     assert 0 < lost < 15
     assert report.dropped["lidar: no stamp"] > 0
     assert check_dataset(out).passed
+
+
+def test_what_the_rows_have_no_column_for_is_kept_beside_them(
+    write_recording: Callable[..., Path], drive_entries: Callable[..., Any], tmp_path: Path
+) -> None:
+    first = write_recording("mcap", drive_entries(2.0, streams=("odometry",)), name="first")
+    more = write_recording("mcap", drive_entries(2.0, seed=1, streams=("odometry", "lidar", "imu")), name="more")
+    report = ingest([first, more], tmp_path / "out", RobotConfig(), IngestConfig())
+    assert len(report.episodes) == 2
+    assert any("lidar, imu: not in the rows" in note for note in report.episodes[1].notes)
+    dataset = NavDataset(tmp_path / "out")
+    assert "observation.lidar.points" not in dataset.features
+    assert len(list(dataset.clouds(0))) == 0
+    clouds = list(dataset.clouds(1))
+    assert len(clouds) == 20
+    assert all(len(cloud.xyz) == 600 for cloud in clouds)
+    imu = dataset.stream(1, "imu")
+    assert imu is not None
+    assert len(imu["stamp_ns"]) == 200
+    assert check_dataset(tmp_path / "out").passed
+
+
+def test_the_place_of_an_episode_can_be_named_later(
+    write_recording: Callable[..., Path], drive_entries: Callable[..., Any], tmp_path: Path
+) -> None:
+    path = write_recording("mcap", drive_entries(2.0, streams=("odometry",)))
+    ingest([path], tmp_path / "out", RobotConfig(), IngestConfig())
+    named = ingest([path], tmp_path / "out", RobotConfig(), IngestConfig(place="campus"))
+    assert len(named.skipped) == 1
+    assert list(named.placed.values()) == ["campus"]
+    assert NavDataset(tmp_path / "out").episodes[0].place == "campus"
+    assert ingest([path], tmp_path / "out", RobotConfig(), IngestConfig(place="campus")).placed == {}
+    (tmp_path / "forest").mkdir()
+    (tmp_path / "forest" / "run.mcap").symlink_to(path)
+    ingest([tmp_path / "forest" / "run.mcap"], tmp_path / "out", RobotConfig(), IngestConfig(place="{parent}"))
+    assert NavDataset(tmp_path / "out").episodes[0].place == "forest", "the folder by which it is reached"
+    with pytest.raises(ValueError, match=r"place = \{parnt\}"):
+        IngestConfig(place="{parnt}")
