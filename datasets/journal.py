@@ -3,6 +3,7 @@
 import fcntl
 import os
 import shutil
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from navtool.datasets.errors import DatasetsError, OutputError
 from navtool.datasets.files import read_json, write_json
 from navtool.datasets.layout import Layout
 
+_PATIENCE_S = 1.0
 _SUFFIX = ".new"
 _STAGED_IN = ("data", "meta", "navtool", "videos")
 _CURE = "check the disk's space and the folder's rights, then run the command again"
@@ -55,35 +57,56 @@ def commit(
         _sync(journal_path(root).parent)
     except OSError as error:
         raise OutputError(f"cannot be written ({error.strerror})", where=root, cure=_CURE) from error
-    finish(root, step)
+    _replay(root, step)
 
 
 def recover(root: Path) -> bool:
     """Finish a replacement that was interrupted; for readers, and cheap where there is none. True if there was one.
 
+    A replacement that a living process is about to finish is waited for, but not for long.
+
     Raises:
         DatasetsError: If another process is writing to the data set, or the journal is damaged.
         OutputError: If a file cannot be written.
     """
-    if not journal_path(root).exists():
-        return False
-    try:
-        with Layout(root).lock.open("a") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return finish(root)
-    except BlockingIOError as error:
-        raise DatasetsError("another process is writing to it", where=root, cure="wait until it is done") from error
-    except OSError as error:
-        raise OutputError(f"cannot be written ({error.strerror})", where=root, cure=_CURE) from error
+    patience = time.monotonic() + _PATIENCE_S
+    while journal_path(root).exists():
+        try:
+            with Layout(root).lock.open("a") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                return finish(root)
+        except BlockingIOError as error:
+            if time.monotonic() > patience:
+                cure = "wait until it is done"
+                raise DatasetsError("another process is writing to it", where=root, cure=cure) from error
+            time.sleep(0.02)
+        except OSError as error:
+            raise OutputError(f"cannot be written ({error.strerror})", where=root, cure=_CURE) from error
+    return False
 
 
-def finish(root: Path, step: Callable[[int], None] | None = None) -> bool:
+def finish(root: Path) -> bool:
     """Like ``recover``, for a caller that holds the data set's lock; also removes staged files without a journal.
 
     Raises:
         DatasetsError: If the journal is damaged.
         OutputError: If a file cannot be written.
     """
+    pending = _replay(root)
+    try:
+        for folder in _STAGED_IN:
+            for left in list((root / folder).rglob(f"*{_SUFFIX}")):
+                if left.is_dir():
+                    shutil.rmtree(left)
+                else:
+                    left.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot be written ({error.strerror})", where=root, cure=_CURE) from error
+    return pending
+
+
+def _replay(root: Path, step: Callable[[int], None] | None = None) -> bool:
+    """Do what the journal says, and take it away; whether there was one."""
     announce = step or _ignore
     journal = journal_path(root)
     pending = journal.exists()
@@ -103,12 +126,6 @@ def finish(root: Path, step: Callable[[int], None] | None = None) -> bool:
                 _sync(parent)
             journal.unlink()
             _sync(journal.parent)
-        for folder in _STAGED_IN:
-            for left in list((root / folder).rglob(f"*{_SUFFIX}")):
-                if left.is_dir():
-                    shutil.rmtree(left)
-                else:
-                    left.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(f"cannot be written ({error.strerror})", where=root, cure=_CURE) from error
     return pending

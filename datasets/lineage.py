@@ -17,6 +17,8 @@ _PACKAGES = ("cli", "configs", "datasets", "export", "pipeline", "sim", "train")
 
 
 _PIECE_BYTES = 1 << 22
+_LOGS = ("-journal", "-wal")
+"""What SQLite keeps beside a database that was not closed."""
 
 
 def file_sha256(path: Path, advance: Callable[[int], None] | None = None) -> str:
@@ -44,15 +46,48 @@ def file_sha256(path: Path, advance: Callable[[int], None] | None = None) -> str
 def recording_sha256(path: Path, advance: Callable[[int], None] | None = None) -> tuple[str, int]:
     """The SHA-256 and the size in bytes of a recording: of the file, or of a folder's files in their names' order.
 
-    A folder's hash covers relative names and contents, so that renaming a part changes it.
+    A folder's hash covers relative names and contents, so that renaming a part changes it; so does that of a database
+    whose recorder left logs beside it.
+
+    Raises:
+        DatasetsError: It cannot be read, or vanishes meanwhile.
     """
-    if path.is_file():
-        return file_sha256(path, advance), path.stat().st_size
-    digest, size = hashlib.sha256(), 0
-    for part in sorted(entry for entry in path.rglob("*") if entry.is_file()):
-        digest.update(f"{part.relative_to(path).as_posix()}\0{file_sha256(part, advance)}\n".encode())
-        size += part.stat().st_size
+    try:
+        parts = _parts(path)
+        if parts == [path]:
+            return file_sha256(path, advance), path.stat().st_size
+        base, digest, size = (path if path.is_dir() else path.parent), hashlib.sha256(), 0
+        for part in parts:
+            digest.update(f"{part.relative_to(base).as_posix()}\0{file_sha256(part, advance)}\n".encode())
+            size += part.stat().st_size
+    except OSError as error:
+        raise _gone(path, error) from error
     return digest.hexdigest(), size
+
+
+def recording_state(path: Path) -> tuple[tuple[str, int, int], ...]:
+    """Name, size and time of change of a recording's files: the same as long as nobody writes to it.
+
+    Raises:
+        DatasetsError: It cannot be read, or vanishes meanwhile.
+    """
+    try:
+        found = [(part.as_posix(), part.stat()) for part in _parts(path)]
+    except OSError as error:
+        raise _gone(path, error) from error
+    return tuple((name, state.st_size, state.st_mtime_ns) for name, state in found)
+
+
+def _parts(path: Path) -> list[Path]:
+    """The files of a recording."""
+    if path.is_dir():
+        return sorted(entry for entry in path.rglob("*") if entry.is_file())
+    logs = [log for suffix in _LOGS if (log := path.with_name(path.name + suffix)).is_file() and log.stat().st_size]
+    return [path, *logs]
+
+
+def _gone(path: Path, error: OSError) -> DatasetsError:
+    return DatasetsError(f"cannot be read ({error.strerror})", where=path, cure="see whether it is still there")
 
 
 def plain(value: object) -> object:

@@ -1,11 +1,12 @@
 """An episode's staged files: its segments joined into the files of a LeRobot data set and those beside them."""
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float32
 
 from navtool.datasets.ingest.data_file import write_data
 from navtool.datasets.ingest.plan import EpisodePlan
@@ -25,6 +26,7 @@ from navtool.datasets.schema import (
     arrow_schema,
     features_of,
 )
+from navtool.pipeline.arrays import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,12 +75,14 @@ def join_segments(
     features: dict[str, Feature],
     fps: int,
     folder: EpisodeFolder,
+    advance: Callable[[int], None],
 ) -> None:
     """Write the episode's data file and video out of its segments, and take the segments' own files away.
 
     Args:
         plan: Its columns are filled in.
         folder: Where the segments lie; its rows and statistics are filled in.
+        advance: Called with 0 before each segment; ends the work where it raises.
     """
     images, clouds = ImageStats(), CloudStats()
     _add_empty_columns(plan)
@@ -93,8 +97,7 @@ def join_segments(
         images.merge(result.images)
         clouds.merge(result.clouds)
     points = [points_part(folder.root, segment.number) for segment in segments] if plan.contents.lidar else []
-    pieces = (np.memmap(path, np.float32, "r").reshape(-1, CLOUD_SIZE, 3) for path in points)
-    write_data(folder.data, features, plan.columns, pieces)
+    write_data(folder.data, features, plan.columns, _pieces(points, advance))
     videos = [video_part(folder.root, segment.number) for segment in segments] if plan.contents.image else []
     if videos:
         join_videos(videos, folder.video, fps)
@@ -108,6 +111,12 @@ def join_segments(
             folder.stats[key] = clouds.result()
         elif feature.dtype != "string":
             folder.stats[key] = column_stats(plan.columns[key])
+
+
+def _pieces(points: Sequence[Path], advance: Callable[[int], None]) -> Iterator[Float32[Array, "ticks 10000 3"]]:
+    for path in points:
+        advance(0)
+        yield np.memmap(path, np.float32, "r").reshape(-1, CLOUD_SIZE, 3)
 
 
 def renumber(folder: EpisodeFolder, numbering: Numbering, contents: Contents) -> None:

@@ -6,6 +6,7 @@ import time
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
@@ -129,9 +130,12 @@ def ingest(
 
 
 def size_of(path: Path) -> int:
-    """Bytes of a recording, a file or a folder."""
-    files = [path] if path.is_file() else [entry for entry in path.rglob("*") if entry.is_file()]
-    return sum(file.stat().st_size for file in files)
+    """Bytes of a recording, a file or a folder; what vanishes meanwhile counts nothing."""
+    size = 0
+    for file in [path] if path.is_file() else path.rglob("*"):
+        with suppress(OSError):
+            size += file.stat().st_size if file.is_file() else 0
+    return size
 
 
 @dataclass(slots=True)

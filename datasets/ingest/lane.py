@@ -33,7 +33,7 @@ class Lane(ABC):
         self.lost: list[int] = []
         """Ticks whose message cannot be decoded or never came."""
         self.undecodable = 0
-        self._part = part or StreamPart("", 0, {}, frozenset(), {})
+        self._part = part or StreamPart("", 0, np.zeros(0, dtype=np.int64), {}, frozenset(), {})
         self._waits = np.zeros(ticks, dtype=np.bool_)
         self._waits[[tick for served in self._part.ticks_of.values() for tick in served]] = True
         self._next = 0

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float64, Shaped
+from jaxtyping import Float64, Int64, Shaped
 
 from navtool.datasets.ingest.motion import Motion
 from navtool.datasets.ingest.plan import EpisodePlan, LargeStream
@@ -28,6 +28,8 @@ class StreamPart:
     topic: str
     first: int
     """Position of the first message of the segment's portion of the recording."""
+    record_ns: Int64[Array, " portion"]
+    """When the messages of that portion were recorded, as the first pass saw it."""
     ticks_of: dict[int, list[int]]
     """Ticks, counted from the segment's first one, that a message serves."""
     own: frozenset[int]
@@ -118,7 +120,10 @@ def _segment(
         ticks=ticks,
         start_ns=start_ns,
         end_ns=end_ns,
-        parts={name: _part(plan.large[name], start_ns, first_tick, ticks, *cut[number]) for name, cut in parts.items()},
+        parts={
+            name: _part(plan.large[name], (start_ns, end_ns), first_tick, ticks, *cut[number])
+            for name, cut in parts.items()
+        },
         image=plan.contents.image,
         lidar=plan.contents.lidar,
         base_lidar=plan.calibration.base_lidar,
@@ -149,12 +154,14 @@ def _cut(stream: LargeStream, count: int) -> list[tuple[list[int], list[int]]]:
 
 
 def _part(
-    stream: LargeStream, start_ns: int, first_tick: int, ticks: int, serving: list[int], own: list[int]
+    stream: LargeStream, span_ns: tuple[int, int], first_tick: int, ticks: int, serving: list[int], own: list[int]
 ) -> StreamPart:
     inside = range(first_tick, first_tick + ticks)
+    first, end = np.searchsorted(stream.record_ns, span_ns[0]), np.searchsorted(stream.record_ns, span_ns[1], "right")
     return StreamPart(
         topic=stream.topic,
-        first=int(np.searchsorted(stream.record_ns, start_ns)),
+        first=int(first),
+        record_ns=stream.record_ns[first:end],
         ticks_of={p: [tick - first_tick for tick in stream.ticks_of[p] if tick in inside] for p in serving},
         own=frozenset(own),
         stamps_ns={p: stream.stamps_ns.get(p, int(stream.record_ns[p])) for p in {*serving, *own}},

@@ -23,8 +23,8 @@ from navtool.datasets.ingest.store import Store
 from navtool.datasets.ingest.sync_picture import sync_picture
 from navtool.datasets.ingest.sync_report import stream_notes
 from navtool.datasets.ingest.workers import Advance, Stopped
-from navtool.datasets.ingest.write_segment import write_segment
-from navtool.datasets.lineage import code_version, file_sha256, plain, recording_sha256
+from navtool.datasets.ingest.write_segment import changed_meanwhile, write_segment
+from navtool.datasets.lineage import code_version, file_sha256, plain, recording_sha256, recording_state
 from navtool.datasets.recording import open_recording
 from navtool.datasets.robot import RobotConfig
 from navtool.datasets.schema import Contents, features_of
@@ -62,7 +62,11 @@ def plan_step(
     Args:
         known: Content hashes of the recordings that need no work.
         staged: The episode's staged folder; None writes nothing.
+
+    Raises:
+        DatasetsError: The recording gives no episode, or is still being written.
     """
+    before = recording_state(path)
     with _beside(advance) as (thread, tell):
         # Where nothing is known yet the recording is hashed while it is read: hashing needs no interpreter.
         hashing = thread.submit(recording_sha256, path, tell)
@@ -72,6 +76,9 @@ def plan_step(
             streams_to = None if staged is None else streams_folder(staged)
             plan = plan_episode(recording, robot, config, fixed, streams_to, advance)
         sha256, size = hashing.result()
+    if recording_state(path) != before:
+        # The hash would be that of other bytes than were read, and the rest would never be read.
+        raise changed_meanwhile(path)
     if config.merge is Merge.folder and len(recording.files) > 1:
         plan.notes.insert(
             0, f"made of {len(recording.files)} files: {', '.join(file.name for file in recording.files)}"
@@ -97,7 +104,7 @@ def join_step(
     numbering: Numbering,
     config: IngestConfig,
     staged: Path,
-    advance: Advance,  # noqa: ARG001 - every step has one
+    advance: Advance,
 ) -> Joined:
     """Join what was read of a recording into the staged files of an episode, at its likely place in the data set."""
     folder = EpisodeFolder(staged, numbering)
@@ -112,7 +119,7 @@ def join_step(
         notes.append(f"lidar: {left} clouds without point times or odometry around them; points stay as measured")
     notes += stream_notes(plan.sync_report)
     with _output_errors(staged):
-        join_segments(plan, segments, results, features_of(plan.contents), config.fps, folder)
+        join_segments(plan, segments, results, features_of(plan.contents), config.fps, folder, advance)
     write_json(folder.beside / "calibration.json", plan.calibration.to_json())
     write_json(folder.beside / "sync.json", plan.sync_report | {"dropped": dropped, "notes": notes})
     write_bytes(folder.beside / "sync.svg", sync_picture(plan.sync_report, plan.columns, config.fps).encode())

@@ -16,7 +16,8 @@ from navtool.datasets.ingest.episode import EpisodeFolder, Numbering
 from navtool.datasets.ingest.metadata import episode_entry, info_of, task_table
 from navtool.datasets.ingest.replace import replace_episode
 from navtool.datasets.ingest.stats import Stats, aggregate
-from navtool.datasets.journal import finish
+from navtool.datasets.journal import commit, finish, journal_path
+from navtool.datasets.journal import staged as replacement
 from navtool.datasets.layout import Layout
 
 _REBUILD = "ingest the recordings again into another folder"
@@ -55,7 +56,7 @@ def open_store(root: Path) -> Iterator["Store"]:
             yield store
         finally:
             store.clear()
-            if created and store.episodes == 0:
+            if created and store.episodes == 0 and not journal_path(root).exists():
                 shutil.rmtree(root)
 
 
@@ -115,8 +116,13 @@ class Store:
         return Numbering(episode, int(entry.column(0)[0].as_py()))
 
     def clear(self) -> None:
-        """Remove staged files, and files of episodes that never became part of the data set."""
+        """Remove staged files, and files of episodes that never became part of the data set.
+
+        While a journal is there, the episode that it counts is one: only whoever finishes the step knows how many.
+        """
         shutil.rmtree(self.layout.staging, ignore_errors=True)
+        if journal_path(self.layout.root).exists():
+            return
         number = self.episodes
         while self._remove(number):
             number += 1
@@ -149,8 +155,10 @@ class Store:
     def commit(self, staged: EpisodeFolder, description: Description, provenance: Mapping[str, object]) -> None:
         """Make a staged episode the data set's next one. Until ``info.json`` counts it, it does not exist.
 
+        Counts, statistics and, with the first episode, the description change in one journalled step.
+
         Raises:
-            OutputError: If a file cannot be written; the data set is then as it was.
+            OutputError: If a file cannot be written; the data set is then as it was, or complete once it is opened.
         """
         number = staged.numbering.episode_index
         if number != self.episodes or staged.numbering.index_from != self.rows:
@@ -167,13 +175,15 @@ class Store:
             raise OutputError(f"cannot be written ({error.strerror})", where=where, cure="check the space") from error
         task = str(description.robot["task"])
         write_bytes(self.layout.episode_meta(number), episode_entry(staged, description, task))
-        self._stats = aggregate([self._stats, staged.stats]) if self._stats else dict(staged.stats)
+        stats = aggregate([self._stats, staged.stats]) if self._stats else dict(staged.stats)
+        episodes, rows = number + 1, self.rows + staged.rows
+        changed = {self.layout.stats: stats, self.layout.info: info_of(description, episodes, rows)}
         if self.description is None:
             write_bytes(self.layout.tasks, task_table(task))
-        write_json(self.layout.stats, self._stats)
-        self.episodes, self.rows = number + 1, self.rows + staged.rows
-        write_json(self.layout.info, info_of(description, self.episodes, self.rows))
+            changed[self.layout.description] = description.to_json()
+        for path, content in changed.items():
+            write_json(replacement(path), content)
+        commit(self.layout.root, list(changed))
+        self.episodes, self.rows, self._stats = episodes, rows, stats
+        self.description = self.description or description
         self._provenance.append(dict(provenance))
-        if self.description is None:
-            write_json(self.layout.description, description.to_json())
-            self.description = description

@@ -3,9 +3,10 @@
 import os
 import signal
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from types import TracebackType
 from typing import Any, Protocol, runtime_checkable
@@ -15,7 +16,7 @@ import cv2
 from navtool.datasets.errors import OutputError
 
 type Advance = Callable[[int], None]
-"""Called with the number of bytes read."""
+"""Called with the number of bytes read, 0 by work that reads none; raises where the work is no longer wanted."""
 
 _TELL_EVERY = 1 << 20
 _POLL_S = 0.2
@@ -118,7 +119,9 @@ class _Processes:
 
     def submit[T](self, function: Callable[..., T], *arguments: Any) -> Future[T]:
         try:
-            return self._pool.submit(_call, function, *arguments)
+            # A process that this begins is deaf to interrupts from its first moment on, not only once it has imported.
+            with _interrupts_held():
+                return self._pool.submit(_call, function, *arguments)
         except BrokenProcessPool as error:
             raise _broken() from error
 
@@ -127,6 +130,15 @@ class _Processes:
         read = int(self._read.value)
         self._advance(read - self._told)
         self._told = read
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, held)
 
 
 class _Telling:
@@ -157,7 +169,7 @@ def _call[T](function: Callable[..., T], *arguments: Any) -> T:
 
 def _advance(read_bytes: int) -> None:
     _Telling.untold += read_bytes
-    if _Telling.untold < _TELL_EVERY:
+    if read_bytes and _Telling.untold < _TELL_EVERY:
         return
     with _Telling.read.get_lock():
         _Telling.read.value += _Telling.untold

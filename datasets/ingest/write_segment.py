@@ -4,6 +4,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
+from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.background import Background
 from navtool.datasets.ingest.camera_lane import CameraLane
 from navtool.datasets.ingest.config import IngestConfig
@@ -30,6 +31,9 @@ def write_segment(
     Args:
         folder: The episode's staged folder.
         advance: Called with the bytes of each message read.
+
+    Raises:
+        DatasetsError: The recording does not hold the messages any more that the first pass saw.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
@@ -43,8 +47,11 @@ def write_segment(
         if segment.end_ns >= segment.start_ns:
             topics = {part.topic: name for name, part in segment.parts.items()}
             position = {name: part.first for name, part in segment.parts.items()}
+            expected = {name: iter(part.record_ns.tolist()) for name, part in segment.parts.items()}
             for raw in recording.messages(tuple(topics), segment.start_ns, segment.end_ns):
                 name = topics[raw.topic]
+                if next(expected[name], None) != raw.record_ns:
+                    raise changed_meanwhile(recording.path)
                 if name == "image" and camera is not None:
                     beside.call(camera.take, recording, raw, position[name])
                 elif name == "lidar" and lidar is not None:
@@ -52,11 +59,19 @@ def write_segment(
                 position[name] += 1
                 if advance is not None:
                     advance(len(raw.data))
+            if any(next(left, None) is not None for left in expected.values()):
+                raise changed_meanwhile(recording.path)
         if camera is not None:
             beside.call(camera.finish)
         if lidar is not None:
             lidar.finish()
     return _result(segment, camera, lidar)
+
+
+def changed_meanwhile(path: Path) -> DatasetsError:
+    """What is said of a recording that is not the same at two moments of reading it."""
+    cure = "run the command again once its recorder is done"
+    return DatasetsError("the recording changed while it was read", where=path, cure=cure)
 
 
 def _camera_lane(segment: Segment, config: IngestConfig, folder: Path, files: ExitStack) -> CameraLane:

@@ -22,15 +22,13 @@ def files_of(path: Path) -> list[Path]:
         DatasetsError: There is nothing, no recording in the folder, or more than one, or a file is missing.
     """
     with translated("the path cannot be read", where=path):
-        if not path.exists():
-            raise DatasetsError("there is no such file or folder", cure="check the path")
         if path.is_file():
             return [path]
-        if not path.is_dir():
+        if path.is_dir():
+            return _described(path) if (path / "metadata.yaml").is_file() else _found(path)
+        if path.exists():
             raise DatasetsError("this is neither a file nor a folder", cure="pass a bag file")
-        if (path / "metadata.yaml").is_file():
-            return _described(path)
-        return _found(path)
+        raise DatasetsError("there is no such file or folder", cure="check the path")
 
 
 def all_files_of(folder: Path) -> list[Path]:

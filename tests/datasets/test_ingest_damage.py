@@ -87,7 +87,7 @@ def test_an_effort_that_is_never_measured_is_zero(drive_entries: Callable[..., E
 @pytest.mark.parametrize("topic", ["/imu/data", "/battery_state", "/cmd_vel"])
 def test_any_small_stream_may_be_infinite(topic: str, drive_entries: Callable[..., Entries], survive: Survive) -> None:
     endless = {"x": np.inf, "y": np.inf, "z": -np.inf}
-    fields = {
+    fields: dict[str, Any] = {
         "/imu/data": {"linear_acceleration": endless, "angular_velocity": endless},
         "/battery_state": {"current": np.inf},
         "/cmd_vel": {"linear": endless},

@@ -77,7 +77,7 @@ def test_a_recovery_that_is_killed_too_is_recovered(root: Path) -> None:
     assert contents(root) == ["new"] * 4
 
 
-def test_recovery_waits_for_nobody(root: Path) -> None:
+def test_recovery_does_not_wait_for_ever(root: Path) -> None:
     journal_path(root).write_text(json.dumps({"files": list(NAMES)}))
     with (root / "navtool" / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -108,3 +108,23 @@ def test_a_missing_staged_file_is_found_before_anything_changes(root: Path) -> N
     with pytest.raises(DatasetsError, match="cannot be written"):
         commit(root, [root / name for name in NAMES])
     assert contents(root) == ["old", "old", "old", None]
+
+
+def test_a_reader_waits_for_a_writer_that_is_about_to_be_done(root: Path) -> None:
+    writer = f"""
+import sys, time
+from pathlib import Path
+from navtool.datasets.journal import commit
+from navtool.datasets.layout import Layout
+import fcntl
+root = Path(sys.argv[1])
+with Layout(root).lock.open("w") as lock:
+    fcntl.flock(lock, fcntl.LOCK_EX)
+    commit(root, [root / name for name in {NAMES!r}], lambda done: time.sleep(0.05))
+"""
+    with subprocess.Popen([sys.executable, "-c", writer, str(root)]) as process:  # noqa: S603 - our own text
+        while not journal_path(root).exists():
+            assert process.poll() is None
+        assert not recover(root), "the writer has finished its own step"
+        assert contents(root) == ["new"] * 4
+        assert process.wait(timeout=30) == 0

@@ -1,53 +1,22 @@
 """Damaged copies of small recordings, read by processes that may neither hang nor fill the memory nor raise anything
 but a `DatasetsError`."""
 
-import os
-import resource
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
+from damage import copies, limit_memory
 
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording import open_recording
 
 CONTAINERS = ("ros1", "ros1_bz2", "ros1_lz4", "db3", "mcap", "mcap_zstd", "mcap_lz4", "mcap_small_chunks")
-MEMORY_BYTES = 2 << 30
 TIME_S = 20.0
-LENGTHS = (0, 1, 0x7FFFFFFF, 0xFFFFFFFF, 1 << 40, (1 << 64) - 1)
-
-
-def damaged(data: bytes, rng: np.random.Generator) -> bytes:
-    """One kind of damage, somewhere."""
-    changed = bytearray(data)
-    place, size = int(rng.integers(len(data))), int(rng.integers(1, max(len(data) // 8, 2)))
-    match int(rng.integers(6)):
-        case 0:
-            for _ in range(int(rng.integers(1, 20))):
-                changed[int(rng.integers(len(data)))] ^= 1 << int(rng.integers(8))
-        case 1:
-            del changed[place:]
-        case 2:
-            other = int(rng.integers(len(data)))
-            changed[place : place + size], changed[other : other + size] = (
-                changed[other : other + size],
-                changed[place : place + size],
-            )
-        case 3:
-            width = int(rng.choice([4, 8]))
-            length = LENGTHS[int(rng.integers(len(LENGTHS)))] % (1 << 8 * width)
-            changed[place : place + width] = length.to_bytes(width, "little")
-        case 4:
-            changed[place : place + size] = bytes(size)
-        case _:
-            changed[place:place] = changed[place : place + size]
-    return bytes(changed)
 
 
 def read(path: str) -> tuple[str, float]:
@@ -66,21 +35,6 @@ def read(path: str) -> tuple[str, float]:
             return str(count), time.monotonic() - started
     except DatasetsError as error:
         return f"refused: {error.what}", time.monotonic() - started
-
-
-def limit_memory() -> None:
-    """No more than two gibibytes beyond what importing takes."""
-    used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
-    resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY_BYTES, used + MEMORY_BYTES))
-
-
-def copies(file: Path, folder: Path, number: int) -> Iterator[Path]:
-    data = file.read_bytes()
-    rng = np.random.default_rng(len(data))
-    for index in range(number):
-        path = folder / f"{index}{''.join(file.suffixes)}"
-        path.write_bytes(damaged(data, rng))
-        yield path
 
 
 @pytest.mark.parametrize("number", [12, pytest.param(300, marks=pytest.mark.slow)])

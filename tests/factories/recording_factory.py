@@ -66,15 +66,25 @@ def containers() -> tuple[str, ...]:
 
 @pytest.fixture(scope="session")
 def recording_writer() -> Callable[..., Path]:
-    """``recording_writer(folder, container, entries, name="bag", types=()) -> Path`` of what to open."""
+    """``recording_writer(folder, container, entries, name="bag", types=(), chunk_bytes=None) -> Path`` of what to open.
 
-    def write(folder: Path, container: str, entries: Iterable[Entry], name: str = "bag", types: Types = ()) -> Path:
+    ``chunk_bytes`` is the size of chunks where the writer lets it be chosen; None leaves the container's usual one.
+    """
+
+    def write(
+        folder: Path,
+        container: str,
+        entries: Iterable[Entry],
+        name: str = "bag",
+        types: Types = (),
+        chunk_bytes: int | None = None,
+    ) -> Path:
         path = folder / name
         if container in _ROS1:
-            return _write_ros1(path.with_name(f"{name}.bag"), container, entries, types)
+            return _write_ros1(path.with_name(f"{name}.bag"), container, entries, types, chunk_bytes)
         if container in _ROS2:
             return _write_ros2(path, container, entries, types)
-        return _write_mcap(path.with_name(f"{name}.mcap"), container, entries, types)
+        return _write_mcap(path.with_name(f"{name}.mcap"), container, entries, types, chunk_bytes)
 
     return write
 
@@ -175,9 +185,11 @@ def _store(*, ros1: bool, types: Types = ()) -> Typestore:
     return store
 
 
-def _write_ros1(path: Path, container: str, entries: Iterable[Entry], types: Types) -> Path:
+def _write_ros1(path: Path, container: str, entries: Iterable[Entry], types: Types, chunk_bytes: int | None) -> Path:
     store = _store(ros1=True, types=types)
     writer = rosbag1.Writer(path)
+    if chunk_bytes is not None:
+        writer.chunk_threshold = chunk_bytes
     compression = _ROS1[container]
     if compression is not None:
         writer.set_compression(compression)
@@ -205,11 +217,12 @@ def _write_ros2(path: Path, container: str, entries: Iterable[Entry], types: Typ
     return path
 
 
-def _write_mcap(path: Path, container: str, entries: Iterable[Entry], types: Types) -> Path:
+def _write_mcap(path: Path, container: str, entries: Iterable[Entry], types: Types, chunk_bytes: int | None) -> Path:
     ros1 = container == "mcap_ros1"
     store = _store(ros1=ros1, types=types)
+    options = _MCAP[container] | ({} if chunk_bytes is None else {"chunk_size": chunk_bytes})
     with path.open("wb") as stream:
-        writer: Any = mcap.writer.Writer(stream, **_MCAP[container])
+        writer: Any = mcap.writer.Writer(stream, **options)
         writer.start(profile="ros1" if ros1 else "ros2")
         channels: dict[tuple[str, str], int] = {}
         for topic, kind, record_ns, fields in entries:
