@@ -87,12 +87,12 @@ def test_an_effort_that_is_never_measured_is_zero(drive_entries: Callable[..., E
 @pytest.mark.parametrize("topic", ["/imu/data", "/battery_state", "/cmd_vel"])
 def test_any_small_stream_may_be_infinite(topic: str, drive_entries: Callable[..., Entries], survive: Survive) -> None:
     endless = {"x": np.inf, "y": np.inf, "z": -np.inf}
-    fields: dict[str, Any] = {
+    every: dict[str, dict[str, Any]] = {
         "/imu/data": {"linear_acceleration": endless, "angular_velocity": endless},
         "/battery_state": {"current": np.inf},
         "/cmd_vel": {"linear": endless},
-    }[topic]
-    told, dataset = survive(changed(drive_entries(), topic, lambda _: fields))
+    }
+    told, dataset = survive(changed(drive_entries(), topic, lambda _: every[topic]))
     stream = {"/imu/data": "imu", "/battery_state": "battery", "/cmd_vel": "action"}[topic]
     assert not dataset.column(f"valid.{stream}").any()
     assert any("infinite or beyond 1e15" in note for note in told.notes)
