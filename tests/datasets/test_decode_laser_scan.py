@@ -91,8 +91,9 @@ def test_the_limits_belong_to_the_scanner_and_intensities_count_only_one_a_beam(
     cloud = decode_laser_scan(ros_message(SCAN, fields))
     np.testing.assert_allclose(np.linalg.norm(cloud.xyz, axis=1), [0.25, 30.0, 5.0], rtol=1e-6)
     assert cloud.intensity is None
-    endless = scan_fields([0.1, 1e30, math.inf], [], range_min=-math.inf, range_max=math.inf)
-    assert len(decode_laser_scan(ros_message(SCAN, endless)).xyz) == 2
+    endless = scan_fields([0.1, 1e8, 1e30, math.inf], [], range_min=-math.inf, range_max=math.inf)
+    far = decode_laser_scan(ros_message(SCAN, endless))
+    assert (len(far.xyz), far.dropped_nonfinite) == (2, 1), "a return from beyond all measure is counted as lost"
 
 
 @pytest.mark.parametrize("name", ["angle_min", "angle_increment", "range_min", "range_max"])
