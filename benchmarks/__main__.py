@@ -12,6 +12,8 @@ BENCHMARKS = {
     "ingest": "ingest.py",
     "reads": "reads.py",
     "relabel": "relabel.py",
+    "sim": "sim.py",
+    "legged": "legged.py",
 }
 
 

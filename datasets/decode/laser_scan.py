@@ -16,8 +16,8 @@ def decode_laser_scan(message: Any) -> PointCloud:
 
     A beam without a return is no point, and none that was lost: its range is NaN, infinite or outside of the scanner's
     limits, and it is left out without being counted, like a beam without a return among a LiDAR's packets. What is
-    left is finite; ``dropped_nonfinite`` counts ranges beyond all measure. Intensities are there where they are as many as the ranges. The
-    header marks the first beam.
+    left is finite; ``dropped_nonfinite`` counts ranges beyond all measure. Intensities are there where they are as
+    many as the ranges. The header marks the first beam.
 
     Raises:
         DatasetsError: The angles or the limits are no numbers.

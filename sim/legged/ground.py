@@ -1,0 +1,92 @@
+"""The ground in the physics: a plane under each ball that may meet it, and plants that hold the legs."""
+
+import math
+
+import mujoco
+import numpy as np
+
+from navtool.sim.legged.body import IMPEDANCE, LEGS, PROBE_RADIUS_M, PROBES, STEP_S
+from navtool.sim.legged.controller_config import CONTROL_S
+from navtool.sim.legged.terrain import Terrain
+
+SOLE_NPM, SOLE_NSPM = 60_000.0, 400.0
+"""Stiffness and damping of a foot's own sole, in series with the ground's. Chosen: the robot's whole weight on one
+foot presses it in by 5 mm."""
+_STOPS_HZ = 0.9 / STEP_S
+"""Damping that nearly stops a foot within a physics step; more would throw it back."""
+_LIMB_M, _TRUNK_M = 0.33, 0.85
+"""Lengths of a shank or thigh, and of the trunk."""
+
+
+class Ground:
+    """Gives each foot, knee and corner of the trunk one contact with the ground: that of the place where it is.
+
+    A height field of MuJoCo's would give a foot as many contacts as there are triangles under it, each with the whole
+    stiffness: the softness of a place would depend on where the grid's lines run.
+
+    Args:
+        terrain: The ground.
+        model: The robot's model, whose contact parameters are set.
+    """
+
+    def __init__(self, terrain: Terrain, model: mujoco.MjModel) -> None:
+        self._terrain = terrain
+        self._model = model
+        self._probes = [model.geom(f"probe_{i}").id for i in range(PROBES)]
+        self._trunk = model.body("trunk").id
+        # in the order of the probes at their lower ends
+        self._limbs = [model.body(f"{leg}_{part}").id for part in ("shank", "thigh") for leg in LEGS] + [self._trunk]
+        bodies = model.geom_bodyid[self._probes]
+        self._per_kg = (1 - IMPEDANCE) * model.body_invweight0[bodies, 0]
+        self._limb_per_kg: list[float] = model.body_invweight0[:, 0].tolist()
+        self._jacobian = np.zeros((3, model.nv))
+
+    def lay(self, data: mujoco.MjData) -> None:
+        """Put each plane where the ball above it will meet the ground, as grippy and as soft as the ground is there.
+
+        MuJoCo's contact force is -(K r + C v + M a): K = -solref[0] / ((1 - d) w), C likewise from solref[1], and M =
+        d / ((1 - d) w) a mass that moves with the foot, where d is the impedance and w the body's inverse weight.
+        """
+        centre = self._centre_m = data.geom_xpos[self._probes]
+        point, normal, grip = self._terrain.contact(centre, PROBE_RADIUS_M)
+        data.mocap_pos[:] = point
+        quaternion = data.mocap_quat
+        quaternion[:, 0] = 1.0 + normal[:, 2]
+        quaternion[:, 1] = -normal[:, 1]
+        quaternion[:, 2] = normal[:, 0]
+        quaternion /= np.sqrt(2.0 * quaternion[:, :1])
+        model = self._model
+        stiffness = 1.0 / (1.0 / grip[:, 1] + 1.0 / SOLE_NPM)
+        model.pair_friction[:, :2] = grip[:, :1]
+        model.pair_solref[:, 0] = -self._per_kg * stiffness
+        damping = self._per_kg * (grip[:, 2] + SOLE_NSPM / SOLE_NPM * stiffness)
+        model.pair_solref[:, 1] = -np.minimum(damping, _STOPS_HZ)
+        self._grip, self._ground_m = grip, point[:, 2]
+        self._depth_m = PROBE_RADIUS_M - ((centre - point) * normal).sum(axis=1)
+
+    def reaches(self, probes: slice) -> bool:
+        """Return whether some of the balls touch the ground, as of the last `lay`."""
+        return bool((self._depth_m[probes] > 0.0).any())
+
+    def hold(self, data: mujoco.MjData) -> float:
+        """Let plants and mud hold each part of the body as it moves through them, and return how hard, in N.
+
+        Shanks, thighs and the trunk are rods; what of a rod's length is below the plants' tops is held in its middle,
+        and never harder than stops it within a tick: however dense the plants, they give it no push.
+        """
+        cover = self._grip[:, 4]
+        data.xfrc_applied[self._limbs, :3] = 0.0
+        if not cover.any():
+            return 0.0
+        depth = self._ground_m + cover - self._centre_m[:, 2] + PROBE_RADIUS_M
+        total = 0.0
+        for limb, deep, drag in zip(self._limbs, depth[:9].tolist(), self._grip[:9, 3].tolist(), strict=True):
+            length, height = (_TRUNK_M, 2.0 * PROBE_RADIUS_M[8]) if limb == self._trunk else (_LIMB_M, _LIMB_M)
+            inside = length * min(max(deep / height, 0.0), 1.0)
+            if inside > 0.0:
+                mujoco.mj_jac(self._model, data, self._jacobian, None, data.xipos[limb], limb)
+                held = inside * drag
+                force = -held / (1.0 + held * self._limb_per_kg[limb] * CONTROL_S) * (self._jacobian @ data.qvel)
+                data.xfrc_applied[limb, :3] = force
+                total += math.hypot(*force.tolist())
+        return total

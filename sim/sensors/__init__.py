@@ -1,0 +1,1 @@
+"""What the simulated sensors measure of a world."""

@@ -1,0 +1,233 @@
+"""What a scenario asks of a world: its ground, what stands there, the weather and the light."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+
+import yaml
+
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.from_plain import from_plain
+from navtool.sim.errors import SimError
+from navtool.sim.world.surfaces import GROUND
+
+_GROUND_NAMES = tuple(surface.name for surface in GROUND)
+
+
+class Split(Enum):
+    """Which of two disjoint families of places a seed is drawn from."""
+
+    train = "train"
+    test = "test"
+
+
+class RegionShape(Enum):
+    """How a region of the ground lies."""
+
+    patches = "patches"
+    """Irregular patches all over the place."""
+    path = "path"
+    """A winding strip from the start's side to the goal's."""
+    band = "band"
+    """Everything between two distances along the way from start to goal."""
+
+
+class Partition(Enum):
+    """What divides a room between start and goal."""
+
+    none = "none"
+    glass = "glass"
+    """A wall of glass with a gap to walk through."""
+    curtain = "curtain"
+    """A wall with a doorway behind a curtain, and a glass panel beside it."""
+
+
+@dataclass(kw_only=True, slots=True)
+class RegionConfig:
+    """A part of the ground of another surface; later regions lie over earlier ones."""
+
+    surface: str
+    """Name of a ground surface."""
+    shape: RegionShape = RegionShape.patches
+    """How it lies."""
+    share: float = 0.2
+    """Of ``patches``: share of the ground, in (0, 1)."""
+    size_m: float = 6.0
+    """Of ``patches``: typical size; of ``path``: width. In metres, in [0.5, 30]."""
+    from_m: float = 0.0
+    """Of ``band``: where it begins along x in metres; the start is at negative x, the goal at positive x."""
+    to_m: float = 100.0
+    """Of ``band``: where it ends along x in metres."""
+
+    def __post_init__(self) -> None:
+        if self.surface not in _GROUND_NAMES:
+            raise ValueError(f"the ground cannot be {self.surface!r}; known are {', '.join(_GROUND_NAMES)}")
+        if not 0 < self.share < 1 or not 0.5 <= self.size_m <= 30:
+            raise ValueError(f"need 0 < share < 1 and 0.5 <= size_m <= 30, got {self.share} and {self.size_m} m")
+        if not self.from_m < self.to_m:
+            raise ValueError(f"a band from {self.from_m} m to {self.to_m} m is empty; let it begin before it ends")
+
+
+@dataclass(kw_only=True, slots=True)
+class Scatter:
+    """How many of a kind stand in the place, and where."""
+
+    count: int = 0
+    """How many, 0 to 400."""
+    from_m: float = -100.0
+    """Least x in metres; the start is at negative x, the goal at positive x."""
+    to_m: float = 100.0
+    """Largest x in metres."""
+    gap_m: float = 1.2
+    """Free width between its outline and its neighbours' in metres, -1 (intertwined) to 10."""
+    size: list[float] = field(default_factory=lambda: [0.0, 1.0])
+    """Least and largest size within the kind's range, 0 (smallest) to 1 (largest)."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.count <= 400 or not -1 <= self.gap_m <= 10:
+            raise ValueError(f"need 0 <= count <= 400 and -1 <= gap_m <= 10, got {self.count} and {self.gap_m} m")
+        if not self.from_m < self.to_m:
+            raise ValueError(f"nothing lies between x = {self.from_m} m and {self.to_m} m; swap them")
+        if len(self.size) != 2 or not 0 <= self.size[0] <= self.size[1] <= 1:
+            raise ValueError(f"size is {self.size}; give the least and the largest size, both within 0-1")
+
+
+@dataclass(kw_only=True, slots=True)
+class RoomConfig:
+    """Four walls and a ceiling around start and goal."""
+
+    length_m: float = 14.0
+    """Along the way from start to goal, 6 to 40 m."""
+    width_m: float = 8.0
+    """Across it, 3 to 40 m."""
+    height_m: float = 2.8
+    """Of the ceiling, 2 to 6 m."""
+    partition: Partition = Partition.none
+    """What divides it in the middle."""
+    passage_m: float = 1.1
+    """Width of the way through the partition, 0.8 to 3 m."""
+
+    def __post_init__(self) -> None:
+        for name, low, high in (("length_m", 6, 40), ("width_m", 3, 40), ("height_m", 2, 6), ("passage_m", 0.8, 3)):
+            value: float = getattr(self, name)
+            if not low <= value <= high:
+                raise ValueError(f"{name} is {value} m; it has to be within {low}-{high} m")
+
+
+@dataclass(kw_only=True, slots=True)
+class LightConfig:
+    """How bright the place is."""
+
+    illuminance_lux: float = 50_000.0
+    """On level ground in the open: noon 100,000, overcast 10,000, indoors 300, dusk 10, full moon 0.2. Above 0."""
+    sun_share: float = 0.8
+    """Share of it that comes straight from the sun, 0 (overcast, indoors) to 0.9."""
+    sun_elevation_rad: list[float] = field(default_factory=lambda: [0.5, 1.1])
+    """Least and largest elevation of the sun, each in (0, pi/2)."""
+
+    def __post_init__(self) -> None:
+        if not 0 < self.illuminance_lux <= 200_000 or not 0 <= self.sun_share <= 0.9:
+            what = f"{self.illuminance_lux} lux, {self.sun_share} of it from the sun"
+            raise ValueError(f"{what}: give more than 0 and at most 200,000 lux and a share within 0-0.9")
+        angles = self.sun_elevation_rad
+        if len(angles) != 2 or not 0.05 <= angles[0] <= angles[1] <= 1.57:
+            raise ValueError(f"sun_elevation_rad is {angles}; give the least and the largest, within 0.05-1.57 rad")
+
+
+@dataclass(kw_only=True, slots=True)
+class WeatherConfig:
+    """What is in the air."""
+
+    rain_mmph: float = 0.0
+    """Rain in millimetres an hour: drizzle 1, heavy 25; 0 to 100."""
+    dust_per_m: float = 0.0
+    """Extinction of light by dust, per metre: 0.02 a haze, 0.2 a dense cloud; 0 to 1."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.rain_mmph <= 100 or not 0 <= self.dust_per_m <= 1:
+            raise ValueError(f"need rain within 0-100 mm/h and dust within 0-1 per m, got {self}")
+
+
+@dataclass(kw_only=True, slots=True)
+class ScenarioConfig:
+    """A kind of place; a seed makes one place of it. Start and goal lie on the x axis, the world's origin between them.
+
+    Test places and training places never are the same: ``split`` is part of what the seed is drawn from.
+    """
+
+    name: str = "place"
+    """Part of what a place is drawn from: two scenarios with different names have different places."""
+    split: Split = Split.test
+    """Which family of places the seeds number."""
+    side_m: float = 48.0
+    """Side of the square that is modelled in full, 20 to 120 m."""
+    cell_m: float = 0.1
+    """Side of a cell of the ground, 0.05 to 0.5 m."""
+    course_m: float = 22.0
+    """Distance from start to goal, 4 m to the side less 6 m."""
+    hills_m: float = 0.2
+    """Standard deviation of the ground's height at wavelengths of 15 m, 0 to 3 m."""
+    ground: str = "grass"
+    """Name of the ground surface where no region lies."""
+    regions: list[RegionConfig] = field(default_factory=list)
+    """Parts of the ground of other surfaces."""
+    trees: Scatter = field(default_factory=Scatter)
+    """Trunks with crowns above head height."""
+    hanging_trees: Scatter = field(default_factory=Scatter)
+    """Trees whose leaves hang down to a robot's sensors."""
+    bushes: Scatter = field(default_factory=Scatter)
+    """Bushes that do not yield."""
+    grass_patches: Scatter = field(default_factory=Scatter)
+    """Patches of tall grass, which yields."""
+    rocks: Scatter = field(default_factory=Scatter)
+    """Boulders."""
+    walls: Scatter = field(default_factory=Scatter)
+    """Free-standing walls of brick or concrete."""
+    pillars: Scatter = field(default_factory=Scatter)
+    """Pillars of concrete and poles of steel."""
+    glass_panels: Scatter = field(default_factory=Scatter)
+    """Free-standing panes of glass."""
+    curtains: Scatter = field(default_factory=Scatter)
+    """Bead curtains between two poles."""
+    room: RoomConfig | None = None
+    """Walls and ceiling around it all; None is the outdoors."""
+    light: LightConfig = field(default_factory=LightConfig)
+    """Brightness and sun."""
+    weather: WeatherConfig = field(default_factory=WeatherConfig)
+    """Rain and dust."""
+
+    def __post_init__(self) -> None:
+        if self.ground not in _GROUND_NAMES:
+            raise ValueError(f"the ground cannot be {self.ground!r}; known are {', '.join(_GROUND_NAMES)}")
+        for name, low, high in (
+            ("side_m", 20.0, 120.0),
+            ("cell_m", 0.05, 0.5),
+            ("course_m", 4.0, self.side_m - 6.0),
+            ("hills_m", 0.0, 3.0),
+        ):
+            value: float = getattr(self, name)
+            if not low <= value <= high:
+                raise ValueError(f"{name} is {value} m; it has to be within {low}-{high} m")
+        if self.room is not None and self.course_m > self.room.length_m - 2:
+            what = f"a course of {self.course_m} m does not fit into a room of {self.room.length_m} m"
+            raise ValueError(f"{what}; leave 1 m at both ends")
+
+
+def load_scenario(path: Path) -> ScenarioConfig:
+    """The scenario of a YAML file such as those in configs/scenario; the list of defaults, for Hydra, is passed over.
+
+    Raises:
+        SimError: The file cannot be read, is not YAML, or has unknown keys or wrong values; all are named.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SimError(f"cannot be read ({error.strerror})", where=path, cure="check the scenario's path") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise SimError("is not YAML", where=path, cure=f"correct it: {' '.join(str(error).split())}") from error
+    if isinstance(content, dict):
+        content.pop("defaults", None)
+    try:
+        return from_plain(ScenarioConfig, content, where=path)
+    except DatasetsError as error:
+        raise SimError(error.what, where=path, cure=error.cure) from error
