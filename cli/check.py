@@ -7,6 +7,9 @@ import typer
 
 def check(
     dataset: Path = typer.Argument(..., help="Folder of the data set.", show_default=False),
+    splits: Path | None = typer.Option(
+        None, "--splits", help="File that names splits, such as a run's lineage.json: do they keep runs apart?"
+    ),
     as_json: bool = typer.Option(False, "--json", help="Print JSON."),
 ) -> None:
     """Check a data set down to the last row.
@@ -17,7 +20,7 @@ def check(
     from navtool.datasets.check import check_dataset
 
     with console(error=True).status("checking") as status:
-        report = check_dataset(dataset, lambda name: status.update(f"checking {name}"))
+        report = check_dataset(dataset, lambda name: status.update(f"checking {name}"), splits=splits)
     if as_json:
         print_json(report.to_json())
     else:

@@ -18,7 +18,7 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.files import read_json
 from navtool.datasets.journal import recover
 from navtool.datasets.layout import Layout
-from navtool.datasets.schema import CLOUD_SIZE, IMAGE_KEY, POINTS_KEY, features_of
+from navtool.datasets.schema import CLOUD_SIZE, IMAGE_KEY, POINTS_KEY, arrow_schema, features_of
 from navtool.datasets.whole_clouds import WholeCloud, read_whole_clouds
 from navtool.pipeline.arrays import Array
 
@@ -70,6 +70,7 @@ class NavDataset:
         self.layout = Layout(root)
         self.fps = self.description.fps
         self.features = features_of(self.description.contents)
+        self._schema = arrow_schema(self.features)
         self.episodes = self._read_episodes()
         self._columns: dict[str, Shaped[Array, rows * shape]] = {}
         self._files: OrderedDict[int, pq.ParquetFile] = OrderedDict()
@@ -229,8 +230,15 @@ class NavDataset:
         return tuple(episodes)
 
     def _read_column(self, episode: Episode, name: str) -> Shaped[Array, "rows *shape"]:
-        with _translated(self.layout.data(episode.index)):
-            column = self._data_file(episode).read(columns=[name], use_threads=False).column(0).combine_chunks()
+        path = self.layout.data(episode.index)
+        with _translated(path):
+            table = self._data_file(episode).read(columns=[name], use_threads=False)
+            if not table.schema.equals(pa.schema([self._schema.field(name)])):
+                raise DatasetsError(f"{name} has another type than the schema's", where=path, cure=_REBUILD)
+            if table.num_rows != len(episode):
+                what = f"{table.num_rows} rows instead of {len(episode)}"
+                raise DatasetsError(what, where=path, cure=_REBUILD)
+            column = table.column(0).combine_chunks()
         if pa.types.is_fixed_size_list(column.type) or pa.types.is_list(column.type):
             rows: Array = column.flatten().to_numpy(zero_copy_only=False).reshape(len(column), -1)
             return rows

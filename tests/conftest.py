@@ -7,7 +7,14 @@ import pytest
 from hypothesis import settings
 from jaxtyping import install_import_hook
 
-pytest_plugins = ("recording_factory", "drive_factory", "robot_factory", "composed_factory")
+pytest_plugins = (
+    "recording_factory",
+    "drive_factory",
+    "robot_factory",
+    "composed_factory",
+    "disk_factory",
+    "upstream_factory",
+)
 
 # Before any of the modules is imported: every jaxtyping signature below is checked by beartype.
 install_import_hook(["navtool.pipeline", "navtool.datasets", "navtool.sim"], "beartype.beartype")

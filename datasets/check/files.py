@@ -22,6 +22,9 @@ def check_metadata(dataset: NavDataset) -> Findings:
     if info.get("features") != {key: feature.to_json(dataset.fps) for key, feature in dataset.features.items()}:
         yield Severity.FAIL, where, "lists other columns than this schema version has"
     stats = read_json(dataset.layout.stats, "")
+    index = stats.get("index")
+    if isinstance(index, dict) and index.get("count") != [len(dataset)]:
+        yield Severity.FAIL, "meta/stats.json", f"counts {index.get('count')} rows instead of {len(dataset)}"
     lacking = [key for key, feature in dataset.features.items() if feature.dtype != "string" and key not in stats]
     if lacking:
         yield Severity.FAIL, "meta/stats.json", f"has no statistics of {', '.join(lacking)}"
@@ -34,6 +37,10 @@ def check_metadata(dataset: NavDataset) -> Findings:
 
 def check_files(dataset: NavDataset) -> Findings:
     """Every file opens and has the rows and columns that it should."""
+    try:
+        pq.read_metadata(dataset.layout.tasks)
+    except (OSError, pa.ArrowException) as error:
+        yield Severity.FAIL, short(dataset, dataset.layout.tasks), f"cannot be opened: {first_line(error)}"
     schema = arrow_schema(dataset.features)
     for episode in dataset.episodes:
         path = dataset.layout.data(episode.index)

@@ -1,7 +1,5 @@
 """Can it be trained on: labels, calibration, leakage?"""
 
-from itertools import pairwise
-
 import numpy as np
 
 from navtool.datasets.check.findings import Findings, Severity, name_of
@@ -48,16 +46,18 @@ def check_calibrations(dataset: NavDataset) -> Findings:
 
 
 def check_leakage(dataset: NavDataset) -> Findings:
-    """No run is in the data set twice, and places tell runs apart."""
+    """No run is in the data set twice, no two are of one time, and places tell runs apart."""
     seen: dict[str, str] = {}
     for entry in dataset.lineage()["recordings"]:
         if entry["sha256"] in seen:
             yield Severity.FAIL, entry["source"], f"is the same recording as {seen[entry['sha256']]}"
         seen[entry["sha256"]] = entry["source"]
     spans = sorted((entry["start_ns"], entry["end_ns"], entry["source"]) for entry in dataset.provenance())
-    for (_, end_ns, one), (start_ns, _, other) in pairwise(spans):
-        if start_ns < end_ns:
-            both = f"{(end_ns - start_ns) * 1e-9:.1f} s of it are of the same time as {other}"
-            yield Severity.WARN, one, f"{both}: if it is the same run, splits may share it"
+    latest_ns, latest = -1, ""
+    for start_ns, end_ns, source in spans:
+        if start_ns < latest_ns:
+            both = f"{(min(latest_ns, end_ns) - start_ns) * 1e-9:.1f} s of it are of the same time as {source}"
+            yield Severity.WARN, latest, f"{both}: if it is the same run, splits may share it"
+        latest_ns, latest = max((latest_ns, latest), (end_ns, source))
     if len(dataset.episodes) > 1 and not all(episode.place for episode in dataset.episodes):
         yield Severity.WARN, "places", "unknown for some episodes: splits can only keep runs apart (ingest with place=)"

@@ -25,14 +25,24 @@ def check_native(dataset: NavDataset) -> Findings:
             except (OSError, pa.ArrowException) as error:
                 yield Severity.FAIL, short(dataset, path), f"cannot be read: {first_line(error)}"
                 continue
+            where = short(dataset, path)
+            if not _as_written(table.schema):
+                yield Severity.FAIL, where, "columns differ from those that ingest writes"
+                continue
             columns = {name: table.column(name).to_numpy() for name in table.column_names}
             stamps = columns.pop("stamp_ns")
             columns.pop("record_ns")
-            where = short(dataset, path)
             if (np.diff(stamps) <= 0).any():
                 yield Severity.FAIL, where, f"{int((np.diff(stamps) <= 0).sum())} true stamps do not increase"
             yield from _values(where, path.stem, stamps, columns)
         yield from _clouds(dataset, episode)
+
+
+def _as_written(schema: pa.Schema) -> bool:
+    """Whether there are stamps, and nothing but numbers beside them."""
+    kinds = dict(zip(schema.names, schema.types, strict=True))
+    stamps = [kinds.pop(name, None) for name in ("stamp_ns", "record_ns")]
+    return stamps == [pa.int64()] * 2 and all(kind == pa.float64() for kind in kinds.values())
 
 
 def _values(where: str, stream: str, stamps: Int64[Array, " n"], columns: dict[str, Array]) -> Findings:

@@ -3,11 +3,14 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import pyarrow as pa
+
 from navtool.datasets.check.content import check_clouds, check_streams, check_values, check_video
 from navtool.datasets.check.files import check_counters, check_files, check_metadata
-from navtool.datasets.check.findings import CheckReport, Finding, Findings, Severity
+from navtool.datasets.check.findings import CheckReport, Finding, Findings, Severity, first_line
 from navtool.datasets.check.judgement import check_calibrations, check_labels, check_leakage
 from navtool.datasets.check.native import check_native
+from navtool.datasets.check.splits import check_own_splits, check_splits, read_splits
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.reader import NavDataset
 
@@ -23,22 +26,31 @@ CHECKS: dict[str, Callable[[NavDataset], Findings]] = {
     "labels": check_labels,
     "calibration": check_calibrations,
     "leakage": check_leakage,
+    "splits": check_own_splits,
 }
 """By the names under which they are reported."""
 
 
-def check_dataset(root: Path, progress: Callable[[str], None] | None = None) -> CheckReport:
+_DAMAGE = (ArithmeticError, LookupError, TypeError, ValueError, OSError, pa.ArrowException)
+"""What libraries answer values of other types, shapes and numbers with than the data set's own."""
+
+
+def check_dataset(
+    root: Path, progress: Callable[[str], None] | None = None, *, splits: Path | None = None
+) -> CheckReport:
     """Look at everything in a data set, down to the last row, frame and footer.
 
     Nothing is changed. Damage is reported as a finding; only a folder that is no data set of ours raises.
 
     Args:
         progress: Called with the name of each check as it begins.
+        splits: A file that names splits of the data set, such as a run's ``lineage.json``; they are looked at too.
 
     Raises:
-        DatasetsError: If there is no data set of this schema version here.
+        DatasetsError: If there is no data set of this schema version here, or the file names no splits.
     """
     report = CheckReport(str(root))
+    named = None if splits is None else read_splits(splits)
     try:
         dataset = NavDataset(root, verify=True)
     except DatasetsError as error:
@@ -48,12 +60,19 @@ def check_dataset(root: Path, progress: Callable[[str], None] | None = None) -> 
         report.findings.append(Finding(Severity.FAIL, "metadata", str(error.where), error.what))
         return report
     report.episodes, report.rows = len(dataset.episodes), len(dataset)
-    for name, check in CHECKS.items():
+    checks = CHECKS
+    if named is not None:
+        checks = CHECKS | {"named splits": lambda opened: check_splits(opened, named, str(splits))}
+    for name, check in checks.items():
         if progress is not None:
             progress(name)
         report.checks.append(name)
         try:
-            report.findings += [Finding(severity, name, where, what) for severity, where, what in check(dataset)]
+            for severity, where, what in check(dataset):
+                report.findings.append(Finding(severity, name, where, what))
         except DatasetsError as error:
             report.findings.append(Finding(Severity.FAIL, name, str(error.where), error.what))
+        except _DAMAGE as error:
+            what = f"cannot be looked at: {type(error).__name__}: {first_line(error)}"
+            report.findings.append(Finding(Severity.FAIL, name, str(root), what))
     return report

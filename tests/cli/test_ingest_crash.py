@@ -7,11 +7,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from disk_factory import SmallDisk
 
 from navtool.datasets.check import check_dataset
 from navtool.datasets.lineage import file_sha256
@@ -60,28 +61,12 @@ def test_twenty_kills_and_a_resume_give_the_bytes_of_an_undisturbed_run(
     assert _hashes(out) == _hashes(whole)
 
 
-@pytest.fixture
-def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A file system of 30 MB, enough for one recording of 20 s and its staged clouds; needs the right to mount."""
-    place = tmp_path / "disk"
-    place.mkdir()
-    mounted = subprocess.run(  # noqa: S603
-        ["mount", "-t", "tmpfs", "-o", "size=30m", "tmpfs", str(place)],  # noqa: S607
-        capture_output=True,
-        check=False,
-    )
-    if mounted.returncode:
-        pytest.skip(f"cannot mount a small file system: {mounted.stderr.decode().strip()}")
-    yield place
-    subprocess.run(["umount", str(place)], check=True)  # noqa: S603, S607
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", ["1", "2"])
 def test_a_full_disk_is_one_clear_error_and_earlier_episodes_stay(
-    bags: list[str], small_disk: Path, workers: str
+    bags: list[str], small_disk: Callable[[int], SmallDisk], workers: str
 ) -> None:
-    out = small_disk / "out"
+    out = small_disk(30).place / "out"  # enough for one recording of 20 s and its staged clouds
     first = subprocess.run([NAVTOOL, "ingest", bags[0], "--out", str(out)], capture_output=True, text=True, check=False)  # noqa: S603
     assert first.returncode == 0, first.stderr
     before = _hashes(out)

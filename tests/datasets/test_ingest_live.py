@@ -59,7 +59,9 @@ def ingested(path: Path, out: Path, watch: Silent | None = None) -> IngestReport
     return report
 
 
-@pytest.mark.parametrize("container", CONTAINERS)
+@pytest.mark.parametrize(
+    "container", [pytest.param(name, marks=() if name == "ros1" else pytest.mark.slow) for name in CONTAINERS]
+)
 def test_a_recording_that_vanishes_is_told(
     container: str, write_recording: Write, drive_entries: Drive, tmp_path: Path
 ) -> None:
