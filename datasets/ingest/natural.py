@@ -6,6 +6,7 @@ from pathlib import Path
 
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.config import Merge
+from navtool.datasets.recording.folder import recordings_in
 
 SUFFIXES = (".bag", ".mcap", ".db3")
 
@@ -32,7 +33,7 @@ def expand(paths: Sequence[Path], merge: Merge = Merge.file) -> list[Path]:
         if not path.exists():
             faults.append(f"{path}: no such file or folder")
             continue
-        inside = _recordings_in(path) if path.is_dir() else [path]
+        inside = recordings_in(path) if path.is_dir() else [path]
         if merge is Merge.folder and path.is_dir() and inside != [path]:
             inside = [entry.parent for entry in inside]
         if not inside:
@@ -43,15 +44,3 @@ def expand(paths: Sequence[Path], merge: Merge = Merge.file) -> list[Path]:
     if not found:
         raise DatasetsError("no recording was named", cure="name bag files or folders")
     return sorted(found.values(), key=natural_key)
-
-
-def _recordings_in(folder: Path) -> list[Path]:
-    if (folder / "metadata.yaml").is_file():
-        return [folder]
-    found = []
-    for entry in sorted(folder.iterdir()):
-        if entry.is_dir():
-            found += _recordings_in(entry)
-        elif entry.suffix in SUFFIXES:
-            found.append(entry)
-    return found

@@ -10,6 +10,8 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.foreign import translated
 
 _BAG_FILE = re.compile(r"(?P<stem>.*?)(_(?P<part>\d+))?(?P<suffix>\.(bag|db3|mcap)(\.zstd)?)")
+_NAMED = 10
+"""Recordings that an error names before it counts the rest."""
 
 
 def files_of(path: Path) -> list[Path]:
@@ -49,14 +51,43 @@ def all_files_of(folder: Path) -> list[Path]:
     return found
 
 
+def recordings_in(folder: Path) -> list[Path]:
+    """The recordings in a folder, to any depth: bag files, and folders that a ``metadata.yaml`` describes.
+
+    Raises:
+        DatasetsError: A folder cannot be read.
+    """
+    found = []
+    with translated("the folder cannot be read", where=folder, cure="check its rights"):
+        if (folder / "metadata.yaml").is_file():
+            return [folder]
+        for entry in sorted(folder.iterdir()):
+            if entry.is_dir():
+                found += recordings_in(entry)
+            elif _BAG_FILE.fullmatch(entry.name):
+                found.append(entry)
+    return found
+
+
+def _several(folder: Path, found: list[Path]) -> DatasetsError:
+    named = ", ".join(str(path.relative_to(folder)) for path in found[:_NAMED])
+    more = f" and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
+    what = f"this folder holds {len(found)} recordings, not one: {named}{more}"
+    return DatasetsError(what, cure="pass one of them; `navtool ingest` takes all of a folder")
+
+
 def _found(folder: Path) -> list[Path]:
     matches = [(x, match) for x in sorted(folder.iterdir()) if (match := _BAG_FILE.fullmatch(x.name)) and x.is_file()]
     if not matches:
+        below = recordings_in(folder)
+        if len(below) > 1:
+            raise _several(folder, below)
+        if below:
+            raise DatasetsError("the recording is not in this folder itself", cure=f"pass {below[0]}")
         raise DatasetsError("there is no recording in this folder", cure="pass a bag file, or a folder with bag files")
     parts_of_one = len({(match["stem"], match["suffix"]) for _, match in matches}) == 1
     if len(matches) > 1 and not (parts_of_one and all(match["part"] for _, match in matches)):
-        names = ", ".join(x.name for x, _ in matches)
-        raise DatasetsError(f"there are several recordings in this folder: {names}", cure="pass one of them")
+        raise _several(folder, recordings_in(folder))
     return [x for x, _ in sorted(matches, key=lambda pair: int(pair[1]["part"] or 0))]
 
 

@@ -74,8 +74,21 @@ def test_a_folder_without_a_recording(tmp_path: Path) -> None:
 def test_a_folder_with_several_recordings_lists_them(tmp_path: Path) -> None:
     for name in ("a.bag", "b.mcap"):
         (tmp_path / name).write_bytes(b"x")
-    with pytest.raises(DatasetsError, match=r"several recordings in this folder: a\.bag, b\.mcap"):
+    with pytest.raises(DatasetsError, match=r"holds 2 recordings, not one: a\.bag, b\.mcap"):
         open_recording(tmp_path)
+
+
+def test_recordings_below_a_folder_are_named(tmp_path: Path) -> None:
+    (tmp_path / "monday" / "run").mkdir(parents=True)
+    (tmp_path / "monday" / "run" / "metadata.yaml").touch()
+    with pytest.raises(DatasetsError, match="not in this folder itself") as caught:
+        open_recording(tmp_path)
+    assert str(tmp_path / "monday" / "run") in str(caught.value.cure)
+    for number in range(11):
+        (tmp_path / "monday" / f"{number:02d}.bag.zstd").touch()
+    with pytest.raises(DatasetsError, match=r"holds 12 recordings.*monday/00.bag.zstd, .* and 2 more") as caught:
+        open_recording(tmp_path)
+    assert "ingest" in str(caught.value.cure)
 
 
 def png(path: Path) -> None:
