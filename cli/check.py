@@ -16,9 +16,11 @@ def check(
 
     Also every video frame, footer and file beside it. The exit code is 1 if anything fails.
     """
+    from navtool.cli.arguments import require_there
     from navtool.cli.console import console, print_json, print_table
     from navtool.datasets.check import check_dataset
 
+    require_there(dataset, splits)
     with console(error=True).status("checking") as status:
         report = check_dataset(dataset, lambda name: status.update(f"checking {name}"), splits=splits)
     if as_json:

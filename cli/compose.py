@@ -42,12 +42,8 @@ def to_typed[T](composed: object, result: type[T]) -> T:
     from omegaconf import OmegaConf
 
     try:
-        with usage_errors():
+        with wrong_call(), usage_errors():
             typed = OmegaConf.to_object(composed)
-    except UsageError:
-        raise
-    except NavtoolError as error:
-        raise UsageError(error.what, where=error.where, cure=error.cure) from error
     except ValueError as error:
         raise UsageError(_readable(error), cure=_CURE) from error
     if not isinstance(typed, result):
@@ -65,6 +61,17 @@ def usage_errors() -> Iterator[None]:
         yield
     except (HydraException, OmegaConfBaseException) as error:
         raise UsageError(_readable(error), cure=_CURE) from error
+
+
+@contextmanager
+def wrong_call() -> Iterator[None]:
+    """What navtool refuses within was called wrongly: a setting, or an output that is something else already."""
+    try:
+        yield
+    except UsageError:
+        raise
+    except NavtoolError as error:
+        raise UsageError(error.what, where=error.where, cure=error.cure) from error
 
 
 def _readable(error: BaseException) -> str:

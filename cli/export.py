@@ -14,9 +14,14 @@ def export(
 
     A folder with the TorchScript model, a manifest with contract, lineage and hashes, and a golden input and output.
     """
+    from navtool.cli.arguments import require_there
+    from navtool.cli.compose import wrong_call
     from navtool.cli.console import console
-    from navtool.export.torchscript import export_run
+    from navtool.export.torchscript import check_target, export_run
 
+    require_there(run)
+    with wrong_call():
+        check_target(out, overwrite=overwrite)
     with console(error=True).status("exporting"):
         artefact = export_run(run, out, overwrite=overwrite)
     console().print(f"artefact: {artefact}\nverify it with: navtool verify {artefact}", markup=False)

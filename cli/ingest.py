@@ -26,13 +26,14 @@ def ingest(
     Each recording becomes one episode. Recordings that are in the data set already are skipped; one that cannot become
     an episode is reported with its reason, and the exit code is then 1.
     """
-    from navtool.cli.arguments import split_overrides
-    from navtool.cli.compose import UsageError, print_config
+    from navtool.cli.arguments import require_there, split_overrides
+    from navtool.cli.compose import UsageError, print_config, wrong_call
     from navtool.cli.console import print_json
     from navtool.cli.progress import IngestProgress
     from navtool.cli.robots import ingest_job
     from navtool.datasets.ingest.ingest import ingest as run
-    from navtool.datasets.recording.remote import default_cache, local_paths
+    from navtool.datasets.ingest.store import refuse_other_folder
+    from navtool.datasets.recording.remote import default_cache, is_url, local_paths
 
     paths, overrides = split_overrides(arguments or [])
     job = ingest_job(robot, overrides)
@@ -43,6 +44,9 @@ def ingest(
         raise UsageError("no recording was named", where="ingest", cure="name bag files, or folders of them")
     if out is None:
         raise UsageError("no data set was named", where="ingest", cure="pass --out FOLDER")
+    with wrong_call():
+        require_there(*local_paths([text for text in paths if not is_url(text)], default_cache()))
+        refuse_other_folder(out)
     with IngestProgress() as progress:
         report = run(
             local_paths(paths, default_cache(), progress.fetched),

@@ -8,8 +8,12 @@ import typer
 def inspect(
     bag: Path = typer.Argument(..., help="A .bag, .mcap or .db3 file, or a rosbag2 folder.", show_default=False),
     robot: str | None = typer.Option(None, "--robot", help="Robot preset or file whose topics to look for."),
-    write_robot: Path | None = typer.Option(None, "--write-robot", help="Save the topic map as a robot file to edit."),
-    report: Path | None = typer.Option(None, "--report", help="Write the recording as one HTML page."),
+    write_robot: Path | None = typer.Option(
+        None, "--write-robot", help="Save the topic map as a new robot file to edit, in a folder that is there."
+    ),
+    report: Path | None = typer.Option(
+        None, "--report", help="Write the recording as one HTML page, into a folder that is there."
+    ),
     as_json: bool = typer.Option(False, "--json", help="Print JSON."),
 ) -> None:
     """Show what is in a recording.
@@ -17,12 +21,15 @@ def inspect(
     Topics, types, rates, gaps, the distance between header and record clocks, and which topic ingest would take for
     which stream.
     """
+    from navtool.cli.arguments import require_folder_for, require_there
     from navtool.cli.compose import UsageError
     from navtool.cli.console import console, print_json, print_notes, print_table
     from navtool.cli.robots import find_robot
     from navtool.datasets.inspect import inspect_recording, robot_from
     from navtool.datasets.robot import save_robot_file
 
+    require_there(bag)
+    require_folder_for(report, write_robot)
     if write_robot is not None and write_robot.exists():
         raise UsageError("is there already", where=write_robot, cure="name another file, or remove it")
     base = find_robot(robot, ())

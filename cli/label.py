@@ -21,7 +21,7 @@ def label(
     Rules look at the robot's own signals for collisions, standstills, falls and interventions; an events file
     overrides them. All labels change in one step, however often it is run.
     """
-    from navtool.cli.arguments import split_overrides
+    from navtool.cli.arguments import require_there, split_overrides
     from navtool.cli.compose import UsageError, compose, print_config
     from navtool.cli.console import console, print_json
     from navtool.datasets.labels.apply import label_dataset
@@ -36,6 +36,7 @@ def label(
     if len(folders) != 1:
         raise UsageError(f"{len(folders)} data sets were named", where="label", cure="name one folder")
     root = Path(folders[0])
+    require_there(root, events)
     with console(error=True).status("labelling"):
         report = label_dataset(root, config, events)
     if as_json:

@@ -23,7 +23,10 @@ INTERRUPTED = 130
 app = typer.Typer(
     name="navtool",
     help="From raw robot recordings to verified navigation models.",
-    epilog="Options say where and how, trailing key=value overrides say what. Exit codes: 0 ok, 1 failed, 2 usage.",
+    epilog=(
+        "Options say where and how, trailing key=value overrides say what. "
+        "Exit codes: 0 ok; 1 failed, or an input that cannot be read; 2 wrong call."
+    ),
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

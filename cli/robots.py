@@ -18,7 +18,7 @@ def ingest_job(robot: str | None, overrides: Sequence[str]) -> "IngestJob":
     """
     import yaml
 
-    from navtool.cli.compose import UsageError, compose, quoted
+    from navtool.cli.compose import UsageError, compose, quoted, wrong_call
     from navtool.configs.ingest_job import IngestJob
     from navtool.datasets.lineage import plain
     from navtool.datasets.robot import load_robot_file
@@ -31,7 +31,8 @@ def ingest_job(robot: str | None, overrides: Sequence[str]) -> "IngestJob":
         raise UsageError("--robot and robot= both name a robot", cure="use one of them")
     if "/" not in robot and "." not in robot:
         return compose("ingest", [f"robot={robot}", *overrides], IngestJob)
-    content = yaml.safe_dump(plain(load_robot_file(Path(robot))))
+    with wrong_call():
+        content = yaml.safe_dump(plain(load_robot_file(Path(robot))))
     with TemporaryDirectory() as folder:
         # Hydra takes groups from folders only: the checked file becomes the one option of a group beside ours.
         option = Path(folder) / "robot" / "from_file.yaml"

@@ -23,12 +23,14 @@ def train(
 
     Goes through Hydra, so that its launchers and sweepers plug in.
     """
+    from navtool.cli.arguments import require_there
     from navtool.cli.compose import UsageError, quoted
     from navtool.cli.hydra_job import run_through_hydra
 
     if resume is not None:
         if overrides or data or out or multirun or cfg:
             raise UsageError("--resume goes on with a run as it was configured", cure="pass --resume RUN alone")
+        require_there(resume)
         print_run(resume_run(resume))
         return
     arguments = list(overrides or [])
@@ -48,14 +50,22 @@ def train_job(composed: "DictConfig") -> float:
     from hydra.core.hydra_config import HydraConfig
     from omegaconf import OmegaConf
 
-    from navtool.cli.compose import UsageError, to_typed
+    from navtool.cli.arguments import require_there
+    from navtool.cli.compose import UsageError, to_typed, wrong_call
     from navtool.configs.train_job import TrainJob
+    from navtool.train.resume import first_epoch
     from navtool.train.run import train as run
+    from navtool.train.run_folder import RunFolder
 
     if OmegaConf.is_missing(composed, "dataset"):
         raise UsageError("no data set was named", where="train", cure="pass --data FOLDER")
     job = to_typed(composed, TrainJob)
-    result = run(job.config(), Path(job.dataset), Path(HydraConfig.get().runtime.output_dir), progress=True)
+    weights = job.model.pretrained_image_weights
+    require_there(Path(job.dataset), None if weights is None else Path(weights))
+    out = Path(HydraConfig.get().runtime.output_dir)
+    with wrong_call():
+        first_epoch(RunFolder(out), job.config(), resume=False)
+    result = run(job.config(), Path(job.dataset), out, progress=True)
     print_run(result)
     return result.best_val_loss
 

@@ -18,9 +18,11 @@ def verify(
 
     Hashes, input and output contract, parity with the golden output, latency. The exit code is 1 on any mismatch.
     """
+    from navtool.cli.arguments import require_there
     from navtool.cli.console import print_json
     from navtool.export.verify import verify as run
 
+    require_there(artefact)
     report = run(artefact, latency_runs)
     if as_json:
         print_json(report.to_json())

@@ -40,7 +40,7 @@ def export_run(run: Path, out: Path, *, overwrite: bool = False, checkpoint: str
         TrainError: The run cannot be loaded.
         ExportError: The folder is in use, or the compiled network gives other results.
     """
-    _check_target(out, overwrite=overwrite)
+    check_target(out, overwrite=overwrite)
     folder = RunFolder(run)
     loaded, weights = load_run(run, checkpoint), folder.checkpoints / f"{checkpoint}.ckpt"
     inputs, outputs = graspe_inputs(loaded.config), graspe_outputs(loaded.config)
@@ -78,7 +78,12 @@ def export_run(run: Path, out: Path, *, overwrite: bool = False, checkpoint: str
     return out
 
 
-def _check_target(out: Path, *, overwrite: bool) -> None:
+def check_target(out: Path, *, overwrite: bool) -> None:
+    """Do nothing where an artefact may be written.
+
+    Raises:
+        ExportError: There is something else, or an artefact that is not to be replaced.
+    """
     if not out.exists() or (out.is_dir() and not any(out.iterdir())):
         return
     if not out.is_dir():

@@ -23,6 +23,18 @@ from navtool.datasets.layout import Layout
 _REBUILD = "ingest the recordings again into another folder"
 
 
+def refuse_other_folder(root: Path) -> None:
+    """Do nothing where a data set is or may be made.
+
+    Raises:
+        DatasetsError: It is a file, or a folder that holds something else.
+    """
+    if root.exists() and not root.is_dir():
+        raise DatasetsError("is a file", where=root, cure="name a folder for the data set")
+    if root.is_dir() and any(root.iterdir()) and not Layout(root).beside.is_dir():
+        raise DatasetsError("the folder holds something else", where=root, cure="name an empty or a new folder")
+
+
 @contextmanager
 def open_store(root: Path) -> Iterator["Store"]:
     """Lock a data set for writing, an existing or a new one, and clear away what an interrupted writer left.
@@ -33,10 +45,7 @@ def open_store(root: Path) -> Iterator["Store"]:
         DatasetsError: If another process writes to it, or the folder holds something else.
     """
     layout = Layout(root)
-    if root.exists() and not root.is_dir():
-        raise DatasetsError("is a file", where=root, cure="name a folder for the data set")
-    if root.is_dir() and any(root.iterdir()) and not layout.beside.is_dir():
-        raise DatasetsError("the folder holds something else", where=root, cure="name an empty or a new folder")
+    refuse_other_folder(root)
     created = not root.exists()
     try:
         layout.beside.mkdir(parents=True, exist_ok=True)

@@ -23,6 +23,11 @@ def default_cache() -> Path:
     return Path(base) / "navtool" / "recordings"
 
 
+def is_url(text: str) -> bool:
+    """Whether an input lies elsewhere."""
+    return bool(_REMOTE.match(text))
+
+
 def local_paths(inputs: Sequence[str], cache: Path, advance: Callable[[str, int], None] | None = None) -> list[Path]:
     """The paths that a user's inputs stand for; what is remote is fetched into the cache.
 
@@ -38,7 +43,7 @@ def local_paths(inputs: Sequence[str], cache: Path, advance: Callable[[str, int]
     """
     paths: list[Path] = []
     for text in inputs:
-        if _REMOTE.match(text):
+        if is_url(text):
             paths += _fetched(text, cache, advance)
         elif Path(text).exists() or not re.search(r"[*?\[]", text):
             paths.append(Path(text))

@@ -22,7 +22,7 @@ TREE = {
     "inspect": ["bag", "--robot", "--write-robot", "--report", "--json"],
     "ingest": ["arguments", "--out", "--robot", "--workers", "--dry-run", "--allow-missing", "--cfg", "--json"],
     "label": ["dataset", "overrides", "--events", "--cfg", "--json"],
-    "check": ["dataset", "--json"],
+    "check": ["dataset", "--splits", "--json"],
     "train": ["overrides", "--data", "--out", "--multirun", "--cfg", "--resume"],
     "evaluate": ["source", "--data", "--split", "--out", "--json"],
     "export": ["run", "--out", "--overwrite"],
@@ -100,47 +100,107 @@ def test_paths_and_overrides_are_told_apart(tmp_path: Path, monkeypatch: pytest.
     assert overrides == ["fps=5", "sync.image.tolerance_s=0.1", "+new=1", "robot=husky"]
 
 
+CALLS: list[tuple[str, int, str]] = [
+    ("inspect", 2, "Missing argument"),
+    ("inspect {absent}", 2, "there is no such file or folder"),
+    ("inspect {text}", 1, "not a recording"),
+    ("inspect {empty}", 1, "no recording in this folder"),
+    ("inspect {text} --robot {absent}.yaml", 2, "cannot be read"),
+    ("inspect {text} --robot {text}", 2, "wanted keys and values"),
+    ("inspect {text} --robot unknown", 2, "no robot preset"),
+    ("inspect {text} --report {absent}/run.html", 2, "there is no such folder"),
+    ("inspect {text} --report {empty}", 2, "is a folder"),
+    ("inspect {text} --write-robot {absent}/robot.yaml", 2, "there is no such folder"),
+    ("inspect {text} --write-robot {text}", 2, "is there already"),
+    ("ingest --out {out}", 2, "no recording was named"),
+    ("ingest {text}", 2, "--out"),
+    ("ingest {absent} --out {out}", 2, "there is no such file or folder"),
+    ("ingest {absent}/*.bag --out {out}", 2, "no file matches"),
+    ("ingest {empty} --out {out}", 1, "holds no recording"),
+    ("ingest {text} --out {out}", 1, "not a recording"),
+    ("ingest {text} --out {text}", 2, "is a file"),
+    ("ingest {text} --out {folder}", 2, "holds something else"),
+    ("ingest {text} --out {out} --fast", 2, "--fast"),
+    ("ingest {text} --out {out} --workers 0", 2, "--workers"),
+    ("ingest {text} --out {out} --cfg hydra", 2, "--cfg job"),
+    ("ingest {text} --out {out} fbs=5", 2, "fbs"),
+    ("ingest {text} --out {out} fps=fast", 2, "fps"),
+    ("ingest {text} --out {out} fps=600", 2, "600"),
+    ("ingest {text} --out {out} robot=unknown", 2, "generic"),
+    ("ingest {text} --out {out} --robot {absent}.yaml", 2, "absent.yaml"),
+    ("label", 2, "0 data sets were named"),
+    ("label {absent}", 2, "there is no such file or folder"),
+    ("label {folder}", 1, "not a data set"),
+    ("label {folder} --events {absent}", 2, "there is no such file or folder"),
+    ("label {folder} stuck.at_least_s=-1", 2, "stuck.at_least_s"),
+    ("check", 2, "Missing argument"),
+    ("check {absent}", 2, "there is no such file or folder"),
+    ("check {folder}", 1, "not a data set"),
+    ("check {folder} --splits {absent}", 2, "there is no such file or folder"),
+    ("check {folder} --splits {text}", 1, "notes.bag"),
+    ("train", 2, "no data set was named"),
+    ("train --data {absent}", 2, "there is no such file or folder"),
+    ("train --data {folder} --out {folder}", 2, "holds other files"),
+    ("train --data {folder} --out {out}", 1, "not a data set"),
+    ("train --data {folder} trainer.epoch=3", 2, "trainer.epoch"),
+    ("train --data {folder} trainer.epochs=0", 2, "trainer.epochs"),
+    ("train --data {folder} model=unknown", 2, "graspe"),
+    ("train --data {folder} --out {out} model.pretrained_image_weights={absent}", 2, "there is no such file or folder"),
+    ("train --resume {absent}", 2, "there is no such file or folder"),
+    ("train --resume {folder}", 1, "not a training run"),
+    ("train --resume {folder} --out {out}", 2, "alone"),
+    ("evaluate {absent}", 2, "there is no such file or folder"),
+    ("evaluate {folder}", 1, "not a training run"),
+    ("evaluate {folder} --data {absent}", 2, "there is no such file or folder"),
+    ("evaluate {folder} --split best", 2, "use one of train"),
+    ("evaluate {folder} --out {absent}/report.json", 2, "there is no such folder"),
+    ("evaluate {artefact}", 2, "--data"),
+    ("export {folder}", 2, "--out"),
+    ("export {absent} --out {out}", 2, "there is no such file or folder"),
+    ("export {folder} --out {out}", 1, "not a training run"),
+    ("export {folder} --out {text}", 2, "is a file"),
+    ("export {folder} --out {artefact}", 2, "--overwrite"),
+    ("verify {absent}", 2, "there is no such file or folder"),
+    ("verify {folder}", 1, "NOT VERIFIED"),
+    ("verify {folder} --latency-runs 0", 2, "--latency-runs"),
+    ("demo --out {folder}", 2, "not an empty folder"),
+    ("demo --episodes 1", 2, "--episodes"),
+    ("nonsense", 2, "No such command"),
+]
+"""2: the call is wrong. 1: what it names cannot be used."""
+
+
+@pytest.mark.parametrize(("call", "code", "said"), CALLS, ids=[call for call, _, _ in CALLS])
 def test_bad_input_gets_one_error_and_an_exit_code(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    call: str,
+    code: int,
+    said: str,
 ) -> None:
-    text = tmp_path / "notes.bag"
-    text.write_text("not a recording")
-    out = tmp_path / "out"
-    cases: list[tuple[list[object], int, str]] = [
-        (["inspect", tmp_path / "absent.bag"], 1, "absent.bag"),
-        (["inspect", text], 1, "not a recording"),
-        (["inspect"], 2, "Missing argument"),
-        (["ingest", tmp_path / "absent.bag", "--out", out], 1, "no such file"),
-        (["ingest", text, "--out", out], 1, ""),
-        (["ingest", text], 2, "--out"),
-        (["ingest", text, "--out", out, "fbs=5"], 2, "fbs"),
-        (["ingest", text, "--out", out, "fps=fast"], 2, "fps"),
-        (["ingest", text, "--out", out, "fps=600"], 2, "600"),
-        (["ingest", text, "--out", out, "robot=unknown"], 2, "generic"),
-        (["ingest", text, "--out", out, "--robot", tmp_path / "absent.yaml"], 1, "absent.yaml"),
-        (["ingest", text, "--out", out, "--fast"], 2, "--fast"),
-        (["label", tmp_path / "absent"], 1, "no such folder"),
-        (["label", tmp_path, "stuck.at_least_s=-1"], 2, "stuck.at_least_s"),
-        (["check", tmp_path], 1, "not a data set"),
-        (["train", "--data", tmp_path / "absent"], 1, "absent"),
-        (["train"], 2, "no data set was named"),
-        (["train", "--data", tmp_path, "trainer.epoch=3"], 2, "trainer.epoch"),
-        (["train", "--data", tmp_path, "trainer.epochs=0"], 2, "trainer.epochs"),
-        (["train", "--data", tmp_path, "model=unknown"], 2, "graspe"),
-        (["train", "--resume", tmp_path], 1, "not a training run"),
-        (["evaluate", tmp_path], 1, str(tmp_path)),
-        (["export", tmp_path, "--out", out], 1, "not a training run"),
-        (["verify", tmp_path], 1, ""),
-    ]
-    for arguments, code, said in cases:
-        monkeypatch.setattr(sys, "argv", ["navtool", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        printed = capsys.readouterr()
-        assert left.value.code == code, (arguments, printed)
-        assert said in printed.err + printed.out, (arguments, printed)
-        assert not out.exists(), arguments
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["notes.bag"]
+    names = ("absent", "text", "empty", "folder", "artefact", "out")
+    paths = {name: tmp_path / name for name in names} | {"text": tmp_path / "notes.bag"}
+    paths["text"].write_text("not a recording")
+    for name in ("empty", "folder", "artefact"):
+        paths[name].mkdir()
+    (paths["folder"] / "letter.txt").write_text("dear all")
+    (paths["artefact"] / "manifest.json").write_text("{}")
+    before = _everything(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["navtool", *call.format(**paths).split()])
+    with pytest.raises(SystemExit) as left:
+        main()
+    printed = capsys.readouterr()
+    assert left.value.code == code, printed
+    assert said in printed.err + printed.out
+    assert _everything(tmp_path) == before
+
+
+def _everything(folder: Path) -> dict[str, int]:
+    """Every file by its size; what Hydra notes of a job and empty folders do not count."""
+    files = (path for path in folder.rglob("*") if path.is_file() and ".hydra" not in path.parts)
+    return {str(path): path.stat().st_size for path in files}
 
 
 @pytest.mark.recordings
@@ -206,6 +266,6 @@ def test_near_misses_are_named(navtool: Callable[..., Any], tmp_path: Path) -> N
     assert "+fpss=3: there is no such setting to add" in added.err
     mine = tmp_path / "mine.yaml"
     mine.write_text("name: kept")
-    kept = navtool("inspect", "a.bag", "--write-robot", str(mine))
+    kept = navtool("inspect", mine, "--write-robot", mine)
     assert kept.code == 2
     assert mine.read_text() == "name: kept"
