@@ -1,8 +1,15 @@
 """``navtool inspect``."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
+
+if TYPE_CHECKING:
+    from navtool.datasets.inspect import Inspection
+
+_ONE_TABLE_COLUMNS = 130
+"""Width of a terminal in characters from which a topic's row takes everything without folding its name."""
 
 
 def inspect(
@@ -23,7 +30,7 @@ def inspect(
     """
     from navtool.cli.arguments import require_folder_for, require_there
     from navtool.cli.compose import UsageError
-    from navtool.cli.console import console, print_json, print_notes, print_table
+    from navtool.cli.console import console, print_json
     from navtool.cli.robots import find_robot
     from navtool.datasets.inspect import inspect_recording, robot_from
     from navtool.datasets.robot import save_robot_file
@@ -47,32 +54,35 @@ def inspect(
     if as_json:
         print_json(inspection.to_json())
         return
-    span_s = (inspection.end_ns - inspection.start_ns) * 1e-9
+    print_inspection(inspection)
+    if report is not None:
+        console().print(f"report: {report}", markup=False)
+    if write_robot is not None:
+        console().print(f"robot file: {write_robot}", markup=False)
+
+
+def print_inspection(inspection: "Inspection") -> None:
+    """The recording for a person: a row for each topic where there is room for it, else two; then what is not used."""
+    from navtool.cli.console import console, print_notes, print_table
+
     out = console()
+    span_s = (inspection.end_ns - inspection.start_ns) * 1e-9
     out.print(f"{inspection.path}: {inspection.format}, {inspection.messages} messages, {span_s:.1f} s", markup=False)
     used = {topic: stream for stream, topic in inspection.topic_map.streams().items()}
     used |= dict.fromkeys(inspection.topic_map.transforms, "transforms")
-    why = {topic.name: topic.reason for topic in inspection.topic_map.not_used}
-    print_table(
-        "Topics",
-        ("topic", "type", "count", "rate Hz", "longest gap s", "time", "header - record s", "feeds"),
-        (
-            (
-                topic.name,
-                topic.type,
-                topic.count,
-                topic.rate_hz,
-                topic.gap_max_s,
-                topic.time,
-                topic.clock_offset_s,
-                used.get(topic.name) or f"not used: {why.get(topic.name, '')}",
-            )
-            for topic in inspection.topics
-        ),
-    )
+    feeds = {topic.name: (topic.name, topic.type, used.get(topic.name, "not used")) for topic in inspection.topics}
+    times = {
+        topic.name: (topic.count, topic.rate_hz, topic.gap_max_s, topic.time, topic.clock_offset_s)
+        for topic in inspection.topics
+    }
+    time_columns = ("count", "rate\nHz", "longest\ngap s", "time", "header -\nrecord s")
+    if out.width >= _ONE_TABLE_COLUMNS:
+        columns = ("topic", "type", "feeds", *time_columns)
+        print_table("Topics", columns, ((*feeds[name], *times[name]) for name in feeds))
+    else:
+        print_table("Topics", ("topic", "type", "feeds"), feeds.values())
+        print_table("Messages", ("topic", *time_columns), ((name, *times[name]) for name in feeds))
+    if unused := inspection.topic_map.not_used:
+        print_table("Not used", ("topic", "reason"), ((topic.name, topic.reason) for topic in unused))
     print_notes(f"damaged: {fault}" for fault in inspection.faults)
     print_notes(inspection.topic_map.notes)
-    if report is not None:
-        out.print(f"report: {report}", markup=False)
-    if write_robot is not None:
-        out.print(f"robot file: {write_robot}", markup=False)

@@ -1,6 +1,7 @@
 """The command tree is a contract: frozen here, with its help, version, completion and exit codes."""
 
 import json
+import re
 import shlex
 import signal
 import subprocess
@@ -15,7 +16,9 @@ import yaml
 from typer.main import get_command
 
 from navtool.cli.arguments import split_overrides
+from navtool.cli.inspect import print_inspection
 from navtool.cli.main import app, main
+from navtool.datasets.inspect import inspect_recording
 from navtool.datasets.reader import NavDataset
 
 TREE = {
@@ -211,6 +214,29 @@ def test_inspect_json_counts_what_the_recording_holds(navtool: Callable[..., Any
     assert counts == {"/imu/data": 11865, "/husky_velocity_controller/odom": 3952, "/fix": 989}
     assert {"name", "type", "count", "rate_hz", "gap_max_s"} <= set(found["topics"][0])
     assert found["topic_map"]["odometry"] == "/husky_velocity_controller/odom"
+
+
+@pytest.mark.parametrize("width", [80, 140])
+def test_topics_fit_into_a_terminal_and_nothing_of_them_is_lost(
+    write_recording: Callable[..., Path],
+    drive_entries: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    width: int,
+) -> None:
+    inspection = inspect_recording(write_recording("mcap", drive_entries()))
+    monkeypatch.setenv("COLUMNS", str(width))
+    for terminal in (True, False):
+        monkeypatch.setattr(sys.stdout, "isatty", lambda terminal=terminal: terminal)
+        print_inspection(inspection)
+        lines = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out).splitlines()[1:]
+        if terminal:
+            assert max(map(len, lines)) <= width
+        for topic in inspection.topics:
+            row = [line.split() for line in lines if line.split()[:1] == [topic.name]]
+            words = [word for found in row for word in found]
+            assert {topic.type, str(topic.count), f"{topic.rate_hz:.4g}" if topic.rate_hz else "-"} <= set(words), row
+        assert len([line for line in lines if line.strip() == "Messages"]) == (terminal and width == 80)
 
 
 def test_a_robot_file_comes_back(
