@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
-    from navtool.datasets.ingest.report import IngestReport
+    from navtool.datasets.ingest.report import IngestReport, Quarantined
+
+_NAMED = 5
+"""Recordings that are named under a reason before the rest is counted; all are in the JSON report."""
 
 
 def ingest(
@@ -85,7 +88,7 @@ def print_ingest(report: "IngestReport") -> None:
     if unused:
         print_table("Topics not used", ("topic", "type", "reason"), sorted(unused))
     if report.quarantined:
-        print_table("Not ingested", ("recording", "reason"), ((q.path, q.reason) for q in report.quarantined))
+        _print_quarantined(report.quarantined)
     if len(report.episodes) == 1:
         print_notes(report.episodes[0].notes)
     else:
@@ -97,3 +100,17 @@ def print_ingest(report: "IngestReport") -> None:
     where = f"data set: {report.dataset}" if Path(report.dataset).is_dir() else "nothing written"
     where = "planned, nothing written" if report.dry_run else where
     console().print(f"{done} in {cost}; {where}", markup=False)
+
+
+def _print_quarantined(quarantined: "list[Quarantined]") -> None:
+    """What gave no episode: each reason once, with its recordings."""
+    from navtool.cli.console import print_table
+
+    paths: dict[str, list[str]] = {}
+    for entry in quarantined:
+        paths.setdefault(entry.reason, []).append(entry.path)
+    rows = []
+    for reason, found in paths.items():
+        more = [f"and {len(found) - _NAMED} more, see --json"] if len(found) > _NAMED else []
+        rows.append((len(found), reason, "\n".join([*found[:_NAMED], *more])))
+    print_table("Not ingested", ("count", "reason", "recordings"), rows)

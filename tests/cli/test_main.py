@@ -251,6 +251,22 @@ def test_a_robot_file_comes_back(
     assert json.loads(planned.out)["recordings"][0]["topics"]["lidar"] == "/points"
 
 
+def test_a_reason_is_told_once_for_all_its_recordings(navtool: Callable[..., Any], tmp_path: Path) -> None:
+    bags = [tmp_path / f"run-{number}.bag" for number in range(7)]
+    for bag in bags[:6]:
+        bag.write_text("not a recording")
+    bags[6].touch()
+    told = navtool("ingest", tmp_path, "--out", tmp_path / "out")
+    assert told.code == 1
+    words = " ".join(told.out.split())
+    assert words.count("this is not a recording") == 1
+    assert words.count("the file is empty") == 1
+    assert [str(bag) in words for bag in bags] == [True] * 5 + [False, True]
+    assert "and 1 more, see --json" in words
+    listed = json.loads(navtool("ingest", tmp_path, "--out", tmp_path / "out", "--json").out)["quarantined"]
+    assert [entry["path"] for entry in listed] == [str(bag) for bag in bags]
+
+
 @pytest.fixture
 def heeded_interrupts() -> Iterator[None]:
     """A shell's background job ignores SIGINT, and so would the programs that it starts."""
