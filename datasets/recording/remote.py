@@ -4,6 +4,7 @@ import hashlib
 import os
 import re
 import shutil
+import socket
 from collections.abc import Callable, Sequence
 from glob import glob
 from pathlib import Path
@@ -95,7 +96,8 @@ def _files(system: Any, place: str) -> list[str]:
     if re.search(r"[*?\[]", place):
         found = [name for name in system.glob(place) if not system.isdir(name)]
     elif place.endswith(_SUFFIXES) or not system.isdir(place):
-        return [place] if system.exists(place) else []
+        system.info(place)  # says why not, where `exists` would only say that it is not
+        return [place]
     else:
         found = system.find(place)
     return sorted(name for name in found if name.endswith(_SUFFIXES))
@@ -149,6 +151,31 @@ def _read(remote: Any, url: str) -> bytes:
 
 
 def _unreachable(url: str, error: Exception) -> DatasetsError:
-    return DatasetsError(
-        f"cannot be read: {describe(error)}", where=url, cure="check the address, the network and your credentials"
-    )
+    """Why a URL cannot be read, by the innermost error that says it."""
+    chain = [error]
+    while (inner := chain[-1].__cause__ or chain[-1].__context__) is not None and isinstance(inner, Exception):
+        chain.append(inner)
+    # Libraries keep what the operating system said as an attribute.
+    chain += [entry for error in chain if isinstance(entry := getattr(error, "os_error", None), Exception)]
+    for entry in reversed(chain):
+        if (told := _told(entry)) is not None:
+            what, cure = told
+            return DatasetsError(what, where=url, cure=cure)
+    cure = "check the address, the network and your credentials"
+    return DatasetsError(f"cannot be read: {describe(error)}", where=url, cure=cure)
+
+
+def _told(error: Exception) -> tuple[str, str] | None:
+    """What an error says of a URL, and the cure; None where it says nothing that is known."""
+    status = getattr(error, "status", None)
+    if isinstance(error, ConnectionRefusedError):
+        return "the connection was refused", "check the port, and whether the server runs"
+    if isinstance(error, socket.gaierror):
+        return "there is no such host", "check the address, and that this machine can look names up"
+    if isinstance(error, TimeoutError):
+        return "the server did not answer in time", "check the network, and run the command again"
+    if status in (401, 403) or isinstance(error, PermissionError):
+        return "access was denied", "check your credentials and rights"
+    if status in (404, 410) or type(error) is FileNotFoundError:
+        return "there is nothing at this address", "check its spelling"
+    return None if not isinstance(status, int) else (f"the server answered with status {status}", "try again later")

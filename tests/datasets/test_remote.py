@@ -1,5 +1,7 @@
 """Recordings fetched from elsewhere: an in-memory store and a real web server."""
 
+import re
+import socket
 import threading
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -7,6 +9,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+import aiohttp
 import fsspec
 import pytest
 
@@ -21,6 +24,12 @@ IMU: list[Entry] = [("/imu", "sensor_msgs/msg/Imu", 10**9 + k * 10**7, {}) for k
 class _Quiet(SimpleHTTPRequestHandler):
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002 - the base class's name
         del format, args
+
+    def send_head(self) -> Any:
+        if found := re.match(r"/status-(\d+)/", self.path):
+            self.send_error(int(found[1]))
+            return None
+        return super().send_head()
 
 
 @pytest.fixture
@@ -55,8 +64,33 @@ def test_a_file_of_a_web_server(
     with open_recording(path) as recording:
         assert recording.message_count == 9
     assert local_paths([f"{url}/run-1.mcap"], tmp_path / "cache", lambda *_: pytest.fail("fetched again")) == [path]
-    with pytest.raises(DatasetsError, match=r"no recording there|cannot be read"):
+    with pytest.raises(DatasetsError, match="there is nothing at this address"):
         local_paths([f"{url}/absent.mcap"], tmp_path / "cache")
+
+
+@pytest.mark.parametrize("name", ["run.mcap", "runs/"])
+def test_why_a_server_cannot_be_read(server: tuple[str, Path], tmp_path: Path, name: str) -> None:
+    url, _ = server
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))  # bound and not listened to: nobody else gets the port
+        with pytest.raises(DatasetsError, match="the connection was refused"):
+            local_paths([f"http://127.0.0.1:{taken.getsockname()[1]}/{name}"], tmp_path / "cache")
+    with pytest.raises(DatasetsError, match="there is no such host"):
+        local_paths([f"http://nowhere.invalid/{name}"], tmp_path / "cache")
+    for status, said in ((403, "access was denied"), (401, "access was denied"), (503, "status 503")):
+        with pytest.raises(DatasetsError, match=said):
+            local_paths([f"{url}/status-{status}/{name}"], tmp_path / "cache")
+    assert not (tmp_path / "cache").exists()
+
+
+def test_a_server_that_is_silent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(fsspec.config.conf, "http", {"client_kwargs": {"timeout": aiohttp.ClientTimeout(total=0.3)}})
+    fsspec.filesystem("http").clear_instance_cache()
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        url = f"http://127.0.0.1:{silent.getsockname()[1]}/run.mcap"
+        with pytest.raises(DatasetsError, match="did not answer in time"):
+            local_paths([url], tmp_path / "cache")
+    fsspec.filesystem("http").clear_instance_cache()
 
 
 def test_a_folder_and_a_pattern_of_a_store(store: Any, recording_writer: Callable[..., Path], tmp_path: Path) -> None:
@@ -70,8 +104,10 @@ def test_a_folder_and_a_pattern_of_a_store(store: Any, recording_writer: Callabl
     assert names == ["field/run-0.mcap", "field/run-1.mcap", "forest/run-0.mcap", "forest/run-1.mcap"]
     (some,) = local_paths(["memory://runs/forest/*.mcap"], tmp_path / "cache")
     assert sorted(path.name for path in some.iterdir()) == ["run-0.mcap", "run-1.mcap"]
-    with pytest.raises(DatasetsError, match="no recording there"):
+    with pytest.raises(DatasetsError, match="there is nothing at this address"):
         local_paths(["memory://empty"], tmp_path / "cache")
+    with pytest.raises(DatasetsError, match="no recording there"):
+        local_paths(["memory://runs/forest/*.bag"], tmp_path / "cache")
 
 
 def test_local_patterns_and_unknown_protocols(recording_writer: Callable[..., Path], tmp_path: Path) -> None:
