@@ -19,7 +19,9 @@ def ingest(
     out: Path | None = typer.Option(None, "--out", help="Folder of the data set; made, or appended to."),
     robot: str | None = typer.Option(None, "--robot", help="Robot preset, or a file as `inspect --write-robot` saves."),
     workers: int = typer.Option(1, "--workers", min=1, help="Processes that read at the same time."),
-    dry_run: bool = typer.Option(False, "--dry-run", help="Read and plan, as for a new data set; write nothing."),
+    dry_run: bool = typer.Option(
+        False, "--dry-run", help="Read and plan for the data set at --out as it is; write nothing."
+    ),
     allow_missing: bool = typer.Option(False, "--allow-missing", help="Take recordings that lack some streams."),
     cfg: str | None = typer.Option(None, "--cfg", help="Print the configuration (job), and do nothing else."),
     as_json: bool = typer.Option(False, "--json", help="Print JSON."),
@@ -94,11 +96,14 @@ def print_ingest(report: "IngestReport") -> None:
     else:
         print_notes(f"{e.source}: {note}" for e in report.episodes for note in e.notes)
     print_notes(f"{source}: in the data set already, skipped" for source in report.skipped)
-    print_notes(f"{source}: its place is now {place}" for source, place in report.placed.items())
+    now = "would be" if report.dry_run else "is now"
+    print_notes(f"{source}: its place {now} {place}" for source, place in report.placed.items())
     done = f"{len(report.episodes)} episodes, {report.rows} rows from {report.bytes_in / 1e6:.1f} MB"
     cost = f"{report.seconds:.1f} s, at most {report.peak_rss_mib:.0f} MiB of memory"
     where = f"data set: {report.dataset}" if Path(report.dataset).is_dir() else "nothing written"
-    where = "planned, nothing written" if report.dry_run else where
+    if report.dry_run:
+        there = f"the {report.episodes_before} episodes of" if report.episodes_before else "a new data set at"
+        where = f"planned for {there} {report.dataset}, nothing written"
     console().print(f"{done} in {cost}; {where}", markup=False)
 
 

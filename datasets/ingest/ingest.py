@@ -6,7 +6,7 @@ import time
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
@@ -14,6 +14,7 @@ from typing import Any, Protocol, runtime_checkable
 from navtool.datasets.errors import DatasetsError, OutputError
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.episode import Numbering, discard
+from navtool.datasets.ingest.foreseen import Foreseen, foresee
 from navtool.datasets.ingest.natural import expand
 from navtool.datasets.ingest.plan import EpisodePlan, source_name
 from navtool.datasets.ingest.report import EpisodeSummary, IngestReport, Quarantined
@@ -23,11 +24,11 @@ from navtool.datasets.ingest.steps import (
     Joined,
     Planned,
     add_episode,
+    foresee_episode,
     join_step,
     place_of,
     plan_step,
     segment_step,
-    summary_of,
 )
 from navtool.datasets.ingest.store import Store, open_store
 from navtool.datasets.ingest.workers import Workers, make_workers, outcome
@@ -101,7 +102,7 @@ def ingest(
         paths: Bag files, rosbag2 folders, or folders that hold such; searched for recordings to any depth.
         workers: Processes that read recordings, and portions of one recording, at the same time; 1 works in this one.
         allow_missing: Take recordings that lack streams of the data set; their rows are not valid there.
-        dry_run: Read and plan everything, write nothing.
+        dry_run: Read and plan everything for the data set at ``out`` as it is; write nothing and lock nothing.
 
     Raises:
         DatasetsError: If a path does not exist, the data set was made with another rate or schema or is being written,
@@ -115,14 +116,11 @@ def ingest(
     report = IngestReport(str(out), dry_run)
     job = Job(robot=robot, config=config, dry_run=dry_run, allow_missing=allow_missing)
     watch.begin(len(recordings), sum(size_of(path) for path in recordings))
-    if dry_run:
+    with nullcontext(foresee(out)) if dry_run else open_store(out) as store:
+        refuse_other_settings(store, config)
+        report.episodes_before = store.episodes
         with make_workers(workers, watch.advance) as hands:
-            _Line(None, recordings, job, report, hands, workers, watch).run()
-    else:
-        with open_store(out) as store:
-            refuse_other_settings(store, config)
-            with make_workers(workers, watch.advance) as hands:
-                _Line(store, recordings, job, report, hands, workers, watch).run()
+            _Line(store, recordings, job, report, hands, workers, watch).run()
     report.seconds = time.monotonic() - started
     peaks = [resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     report.peak_rss_mib = max(peaks) / 1024
@@ -178,7 +176,7 @@ class _Line:
 
     def __init__(
         self,
-        store: Store | None,
+        store: Store,
         recordings: Sequence[Path],
         job: Job,
         report: IngestReport,
@@ -190,7 +188,7 @@ class _Line:
         self._waiting = deque(enumerate(recordings))
         self._ahead = 1 if workers == 1 else workers + 1
         self._under_way: deque[_Recording] = deque()
-        self._known = {str(entry["sha256"]): str(entry["config_hash"]) for entry in store.provenance()} if store else {}
+        self._known = {str(entry["sha256"]): str(entry["config_hash"]) for entry in store.provenance()}
         self._done = 0
 
     def run(self) -> None:
@@ -206,9 +204,7 @@ class _Line:
 
     def _contents(self) -> Contents | None:
         """What the data set's rows have; as long as it is empty, what its first recording seems to make of it."""
-        if self._store is not None and self._store.description is not None:
-            return self._store.description.contents
-        return None
+        return None if self._store.description is None else self._store.description.contents
 
     def _may_begin(self) -> bool:
         """The first recording of a data set fixes what the others are read for."""
@@ -216,17 +212,15 @@ class _Line:
 
     def _begin(self, number: int, path: Path) -> _Recording:
         fixed = self._contents()
-        if fixed is None and self._under_way and self._under_way[0].plan is not None and not self._job.dry_run:
+        if fixed is None and self._under_way and self._under_way[0].plan is not None:
             head = self._under_way[0].plan.plan
             fixed = None if head is None else head.contents
-        staged = None if self._store is None else self._staged(number)
+        staged = None if self._job.dry_run else self._staged(number)
         known = frozenset(sha for sha, settings in self._known.items() if settings == self._job.settings_hash)
         planning = self._hands.submit(plan_step, path, self._job.robot, self._job.config, fixed, known, staged)
-        return _Recording(number, path, fixed, planning, written=self._store is not None)
+        return _Recording(number, path, fixed, planning, written=not self._job.dry_run)
 
     def _staged(self, number: int) -> Path:
-        if self._store is None:
-            raise ValueError("a dry run stages nothing")
         return self._store.layout.staging / f"{number:06d}"
 
     def _proceed(self, entry: _Recording, ahead: int = 0) -> None:
@@ -238,7 +232,7 @@ class _Line:
         try:
             if entry.plan is None and entry.planning.done():
                 entry.plan = outcome(entry.planning)
-                if entry.plan.plan is not None and entry.written:
+                if entry.plan.plan is not None:
                     self._have_read(entry, entry.plan.plan)
             for future in entry.reading:
                 if future.done():
@@ -262,6 +256,8 @@ class _Line:
     def _have_read(self, entry: _Recording, plan: EpisodePlan) -> None:
         if entry.fixed is not None:
             refuse_other_contents(entry.fixed, plan.found, allow_missing=self._job.allow_missing)
+        if not entry.written:
+            return
         entry.segments = cut_segments(plan)
         staged = self._staged(entry.number)
         entry.reading = [
@@ -271,8 +267,6 @@ class _Line:
 
     def _likely_place(self, ahead: int) -> Numbering:
         """Where an episode will be if all that stand before it are added; where they are not, it is numbered again."""
-        if self._store is None:
-            raise ValueError("a dry run joins nothing")
         place = self._store.numbering(None)
         for entry in list(self._under_way)[:ahead]:
             if entry.plan is not None and entry.plan.plan is not None and entry.failed is None:
@@ -291,15 +285,16 @@ class _Line:
         else:
             if summary is not None:
                 self._report.episodes.append(summary)
-        if self._store is not None:
+        if entry.written:
             discard(self._staged(entry.number))
         self._done += 1
         self._watch.done(self._done, source_name(entry.path))
 
     def _summary(self, entry: _Recording) -> EpisodeSummary | None:
-        if entry.fixed != self._contents() and not self._job.dry_run:
+        if entry.fixed != self._contents():
             # It was read for contents that the data set has not got after all: the first recording failed.
-            discard(self._staged(entry.number))
+            if entry.written:
+                discard(self._staged(entry.number))
             again = self._begin(entry.number, entry.path)
             while not again.finished:
                 self._hands.wait(again.futures)
@@ -313,13 +308,13 @@ class _Line:
         if entry.plan.plan is None or self._known.get(entry.plan.sha256) == self._job.settings_hash:
             self._keep(entry)
             return None
-        if self._store is None:
-            return summary_of(entry.plan.plan, entry.path, None)
-        if entry.joining is None:
+        job = self._job
+        if isinstance(self._store, Foreseen):
+            summary = foresee_episode(self._store, entry.path, entry.plan, job.robot, job.config)
+        elif entry.joining is None:
             raise ValueError("a recording that was not joined")
-        summary = add_episode(
-            self._store, entry.path, entry.plan, outcome(entry.joining), self._job.robot, self._job.config
-        )
+        else:
+            summary = add_episode(self._store, entry.path, entry.plan, outcome(entry.joining), job.robot, job.config)
         self._known[entry.plan.sha256] = self._job.settings_hash
         return summary
 
@@ -327,7 +322,7 @@ class _Line:
         """Leave an episode as it is; only its place is a name, which may be another one now."""
         name, place = source_name(entry.path), place_of(entry.path, self._job.config)
         self._report.skipped.append(name)
-        if self._store is None or entry.plan is None or not place:
+        if entry.plan is None or not place:
             return
         if self._store.set_place(entry.plan.sha256, place):
             self._report.placed[name] = place

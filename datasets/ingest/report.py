@@ -19,7 +19,7 @@ class EpisodeSummary:
     """One episode as ingest reports it."""
 
     episode: int | None
-    """Its number in the data set; None in a dry run."""
+    """Its number in the data set, in a dry run the one that it would have; None where it was not given one."""
     source: str
     rows: int
     topics: dict[str, str]
@@ -37,6 +37,8 @@ class IngestReport:
 
     dataset: str
     dry_run: bool
+    episodes_before: int = 0
+    """Episodes of the data set that this one began with."""
     episodes: list[EpisodeSummary] = field(default_factory=list)
     skipped: list[str] = field(default_factory=list)
     """Recordings that the data set had already."""
@@ -67,6 +69,7 @@ class IngestReport:
         return {
             "dataset": self.dataset,
             "dry_run": self.dry_run,
+            "episodes_before": self.episodes_before,
             "episodes": len(self.episodes),
             "rows": self.rows,
             "dropped": self.dropped,

@@ -15,6 +15,7 @@ from navtool.datasets.errors import OutputError
 from navtool.datasets.files import write_bytes, write_json
 from navtool.datasets.ingest.config import PARENT, IngestConfig, Merge
 from navtool.datasets.ingest.episode import EpisodeFolder, Numbering, join_segments, renumber, streams_folder
+from navtool.datasets.ingest.foreseen import Foreseen
 from navtool.datasets.ingest.plan import EpisodePlan, absolute, plan_episode, source_name
 from navtool.datasets.ingest.report import EpisodeSummary
 from navtool.datasets.ingest.segment import Segment, SegmentResult
@@ -144,14 +145,53 @@ def add_episode(
         renumber(joined.folder, store.numbering(replaced), plan.contents)
     number = joined.folder.numbering.episode_index
     summary = summary_of(plan, path, number, dropped=joined.dropped, notes=joined.notes, rebuilt=replaced is not None)
-    description = Description(
+    description = _description(plan, robot, config)
+    provenance = _provenance(path, planned, summary, plan, robot, config)
+    if plan.contents.image:
+        provenance["video_sha256"] = file_sha256(joined.folder.video)
+    if replaced is None:
+        store.commit(joined.folder, description, provenance)
+    else:
+        store.replace(joined.folder, provenance)
+    return summary
+
+
+def foresee_episode(
+    store: Foreseen, path: Path, planned: Planned, robot: RobotConfig, config: IngestConfig
+) -> EpisodeSummary:
+    """What adding a planned recording would do; nothing is written."""
+    plan = planned.plan
+    if plan is None:
+        raise ValueError("a recording without a plan")
+    summary = summary_of(plan, path, None)
+    provenance = _provenance(path, planned, summary, plan, robot, config)
+    summary.episode, summary.rebuilt = store.foresee(
+        _description(plan, robot, config), provenance, int(plan.ticks_ns.size)
+    )
+    if summary.rebuilt:
+        summary.notes.append("would take the place of an older episode, whose labels would be taken away")
+    return summary
+
+
+def _description(plan: EpisodePlan, robot: RobotConfig, config: IngestConfig) -> Description:
+    return Description(
         fps=config.fps,
         contents=plan.contents,
         robot=plain(robot),  # type: ignore[arg-type]
         ingest=plain(config),  # type: ignore[arg-type]
         config_hash=settings_hash(robot, config),
     )
-    provenance = {
+
+
+def _provenance(
+    path: Path,
+    planned: Planned,
+    summary: EpisodeSummary,
+    plan: EpisodePlan,
+    robot: RobotConfig,
+    config: IngestConfig,
+) -> dict[str, object]:
+    return {
         "source": summary.source,
         "sha256": planned.sha256,
         "bytes": planned.size,
@@ -165,13 +205,6 @@ def add_episode(
         "config_hash": settings_hash(robot, config),
         "code_version": code_version(),
     }
-    if plan.contents.image:
-        provenance["video_sha256"] = file_sha256(joined.folder.video)
-    if replaced is None:
-        store.commit(joined.folder, description, provenance)
-    else:
-        store.replace(joined.folder, provenance)
-    return summary
 
 
 def place_of(path: Path, config: IngestConfig) -> str:

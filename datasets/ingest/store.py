@@ -113,9 +113,12 @@ class Store:
         for number, entry in enumerate(self._provenance):
             if entry["sha256"] == sha256 and entry["place"] != place:
                 self._provenance[number] = entry | {"place": place}
-                write_json(self.layout.episode(number) / "provenance.json", self._provenance[number])
+                self._write_provenance(number)
                 return True
         return False
+
+    def _write_provenance(self, episode: int) -> None:
+        write_json(self.layout.episode(episode) / "provenance.json", self._provenance[episode])
 
     def numbering(self, episode: int | None) -> Numbering:
         """The place of the next episode, or that of one that is to be replaced."""
