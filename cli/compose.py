@@ -13,6 +13,16 @@ class UsageError(NavtoolError):
     """The command was not called rightly; exit code 2."""
 
 
+class ChoiceError(UsageError):
+    """A setting that takes one of a few values was given another one."""
+
+    def __init__(self, key: str, value: object, choices: Sequence[str]) -> None:
+        self.key, self.choices = key, tuple(choices)
+        cure = f"use {key}={' or '.join(choices)}" if choices else _CURE
+        super().__init__(f"there is no such value as {value}", where=f"{key}={value}", cure=cure)
+        self.value = value
+
+
 def compose[T](config: str, overrides: Sequence[str], result: type[T]) -> T:
     """The configuration that an override list gives.
 
@@ -29,8 +39,23 @@ def compose[T](config: str, overrides: Sequence[str], result: type[T]) -> T:
         raise UsageError(f"{', '.join(added)}: there is no such setting to add", cure=_CURE)
     register(config)
     GlobalHydra.instance().clear()
-    with usage_errors(), initialize_config_dir(str(config_folder()), version_base="1.3"):
-        return to_typed(hydra_compose(config, list(overrides)), result)
+    try:
+        with usage_errors(), initialize_config_dir(str(config_folder()), version_base="1.3"):
+            return to_typed(hydra_compose(config, list(overrides)), result)
+    except ChoiceError as error:
+        # A type's values are not all for every setting of that type: each is tried.
+        others = [override for override in overrides if override.partition("=")[0].lstrip("+") != error.key]
+        fit = [choice for choice in error.choices if _fits(config, [*others, f"{error.key}={choice}"], result)]
+        raise ChoiceError(error.key, error.value, fit or error.choices) from error
+
+
+def _fits(config: str, overrides: Sequence[str], result: type) -> bool:
+    """Whether a configuration composes; another one of its overrides may be what is wrong with it."""
+    try:
+        compose(config, overrides, result)
+    except UsageError:
+        return False
+    return True
 
 
 def to_typed[T](composed: object, result: type[T]) -> T:
@@ -60,7 +85,21 @@ def usage_errors() -> Iterator[None]:
     try:
         yield
     except (HydraException, OmegaConfBaseException) as error:
+        if (refused := _refused_choice(error)) is not None:
+            raise refused from error
         raise UsageError(_readable(error), cure=_CURE) from error
+
+
+def _refused_choice(error: BaseException | None) -> ChoiceError | None:
+    """What is said where a value is none of an enum's."""
+    from omegaconf import EnumNode
+    from omegaconf.errors import ValidationError
+
+    while error is not None:
+        if isinstance(error, ValidationError) and isinstance(error.child_node, EnumNode):
+            return ChoiceError(str(error.full_key), error.value, list(error.child_node.enum_type.__members__))
+        error = error.__cause__
+    return None
 
 
 @contextmanager

@@ -251,6 +251,29 @@ def test_a_robot_file_comes_back(
     assert json.loads(planned.out)["recordings"][0]["topics"]["lidar"] == "/points"
 
 
+@pytest.mark.parametrize(
+    ("command", "override", "cure"),
+    [
+        ("ingest", "sync.image.method=cubic", "use sync.image.method=nearest or hold"),
+        ("ingest", "sync.imu.method=cubic", "use sync.imu.method=nearest or hold or linear"),
+        ("ingest", "merge=all", "use merge=file or folder"),
+        ("ingest", "sync.lidar.clock=wall", "use sync.lidar.clock=auto or header or record"),
+        ("train", "trainer.device=tpu", "use trainer.device=auto or cpu or cuda or mps"),
+    ],
+)
+def test_a_refused_choice_names_those_that_are_taken(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], command: str, override: str, cure: str
+) -> None:
+    options = ["--data", "x"] if command == "train" else ["a.bag", "--out", "x"]
+    monkeypatch.setattr(sys, "argv", ["navtool", command, *options, override])
+    with pytest.raises(SystemExit) as left:
+        main()
+    said = capsys.readouterr().err
+    assert left.value.code == 2
+    assert f"{override}: there is no such value as" in said
+    assert said.strip().endswith(cure)
+
+
 def test_a_reason_is_told_once_for_all_its_recordings(navtool: Callable[..., Any], tmp_path: Path) -> None:
     bags = [tmp_path / f"run-{number}.bag" for number in range(7)]
     for bag in bags[:6]:
