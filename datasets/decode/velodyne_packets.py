@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64, Int64, Shaped
 
-from navtool.datasets.decode.header import head_of, nanoseconds
+from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.arrays import Array
@@ -76,20 +76,22 @@ def decode_velodyne_scan(message: Any) -> PointCloud:
 
 def _packets(message: Any, stamp_ns: int) -> tuple[Shaped[Array, " packets"], Float64[Array, " packets"]]:
     """The packets' contents, and when each began from the header's stamp in seconds."""
-    if not message.packets:
+    packets = message.packets
+    if not len(packets):
         raise DatasetsError("a scan without packets")
-    sizes = {int(np.asarray(packet.data).size) for packet in message.packets}
-    if sizes != {PACKET_BYTES}:
-        raise DatasetsError(f"packets of {', '.join(map(str, sorted(sizes)))} bytes; a VLP-16's have {PACKET_BYTES}")
-    content = np.stack([np.asarray(packet.data, np.uint8) for packet in message.packets]).view(_PACKET)[:, 0]
+    data = packets["data"]
+    if data.shape[1] != PACKET_BYTES:
+        raise DatasetsError(f"packets of {data.shape[1]} bytes; a VLP-16's have {PACKET_BYTES}")
+    content = np.ascontiguousarray(data, np.uint8).view(_PACKET)[:, 0]
     products = sorted(set(content["product"].tolist()) - {_VLP16})
     if products:
         names = ", ".join(_PRODUCTS.get(product, f"product {product:#04x}") for product in products)
         raise DatasetsError(
             f"packets of another sensor: {names}; VLP-16 is decoded", cure="record its PointCloud2, from its own driver"
         )
-    starts = np.array([nanoseconds(packet.stamp) - stamp_ns for packet in message.packets], dtype=np.float64)
-    return content, starts * 1e-9
+    stamps = packets["stamp"]
+    sec, nanosec = (stamps[name].astype(np.int64) for name in stamps.dtype.names)
+    return content, (sec * 1_000_000_000 + nanosec - stamp_ns) * 1e-9
 
 
 def _repeated(blocks: Shaped[Array, "packets blocks"], dual: Shaped[Array, " packets"]) -> Shaped[Array, "*n"]:

@@ -15,7 +15,13 @@ from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.arrays import Array
 
 LIVOX_PACKAGES = ("livox_ros_driver", "livox_ros_driver2", "livox_interfaces")
-RECORD_TYPES = frozenset({"geometry_msgs/msg/Point32", *(f"{package}/msg/CustomPoint" for package in LIVOX_PACKAGES)})
+RECORD_TYPES = frozenset(
+    {
+        "geometry_msgs/msg/Point32",
+        "velodyne_msgs/msg/VelodynePacket",
+        *(f"{package}/msg/CustomPoint" for package in LIVOX_PACKAGES),
+    }
+)
 """Types whose sequences are read as structured arrays, their fields by name."""
 
 _CODES = {
@@ -135,23 +141,37 @@ class RecordArrays:
             self._steps.append(_Others(name, self._alignment(fields[0][1])))
 
     def _records(self, field: str, record: str) -> _Records:
+        sizes: list[int] = []
+        dtype = self._dtype(field, record, 0, sizes)
+        # CDR aligns numbers, not records: they all lie alike where the first number is the one to be aligned most.
+        first = sizes[0] if self._cdr else 1
+        if self._cdr and max(sizes) > first:
+            raise DatasetsError(f"{field} has records of {record} that do not all lie alike in the message")
+        return _Records(field, 4 if self._cdr else 1, dtype, first, _aligned(dtype.itemsize, first))
+
+    def _dtype(self, field: str, record: str, start: int, sizes: list[int]) -> np.dtype[np.void]:
+        """How a record lies in the bytes that begins at this place of an outer one; its numbers' sizes are added."""
         names, kinds, offsets = [], [], []
-        end = 0
+        end = start
         for name, (node, what) in self._store.fielddefs[record][1]:
-            if node != Nodetype.BASE or what[0] not in _CODES:
+            base = what[0] if node == Nodetype.ARRAY and what[0][0] == Nodetype.BASE else (node, what)
+            kind: np.dtype[Any]
+            if base[0] == Nodetype.NAME:
+                # A record within begins where its first number may lie.
+                place = _aligned(end, self._alignment(base))
+                kind = self._dtype(field, str(base[1]), place, sizes)
+            elif base[0] == Nodetype.BASE and base[1][0] in _CODES:
+                number = np.dtype(_CODES[str(base[1][0])])
+                place = _aligned(end, number.itemsize if self._cdr else 1)
+                kind = np.dtype((number, (what[1],))) if node == Nodetype.ARRAY else number
+                sizes.append(number.itemsize)
+            else:
                 raise DatasetsError(f"{field} has records of {record}, whose {name} is no plain number")
-            kind = np.dtype(_CODES[str(what[0])])
-            place = _aligned(end, kind.itemsize if self._cdr else 1)
             names.append(name)
             kinds.append(kind)
-            offsets.append(place)
+            offsets.append(place - start)
             end = place + kind.itemsize
-        # CDR aligns numbers, not records: they all lie alike where the first number is the one to be aligned most.
-        first = kinds[0].itemsize if self._cdr else 1
-        if self._cdr and max(kind.itemsize for kind in kinds) > first:
-            raise DatasetsError(f"{field} has records of {record} that do not all lie alike in the message")
-        dtype = np.dtype({"names": names, "formats": kinds, "offsets": offsets, "itemsize": end})
-        return _Records(field, 4 if self._cdr else 1, dtype, first, _aligned(end, first))
+        return np.dtype({"names": names, "formats": kinds, "offsets": offsets, "itemsize": end - start})
 
     def _alignment(self, kind: Any) -> int:
         """Of which number of bytes the place of such a field is a multiple."""

@@ -31,11 +31,6 @@ TRUTH = np.dtype(
 type Bytes = np.ndarray[Any, np.dtype[np.uint8]]
 
 
-class _Packet:
-    def __init__(self, stamp: Any, data: Bytes) -> None:
-        self.stamp, self.data = stamp, data
-
-
 def _packet(azimuth: int, distance: int, *, product: int = 0x22, mode: int = 0x37) -> Bytes:
     data = bytearray()
     for block in range(12):
@@ -46,13 +41,14 @@ def _packet(azimuth: int, distance: int, *, product: int = 0x22, mode: int = 0x3
 
 def _scan(ros_message: Callable[..., Any], packets: list[Any]) -> PointCloud:
     message = ros_message("sensor_msgs/msg/Imu", {"header": {"stamp": {"sec": 5}, "frame_id": "velodyne"}})
-    stamp = ros_message("builtin_interfaces/msg/Time", {"sec": 4, "nanosec": 900_000_000})
 
     class Scan:
         header = message.header
 
     scan: Any = Scan()
-    scan.packets = [_Packet(stamp, data) for data in packets]
+    size = packets[0].size if packets else 1206
+    kind = np.dtype([("stamp", [("sec", "<i4"), ("nanosec", "<u4")]), ("data", "u1", (size,))])
+    scan.packets = np.array([((4, 900_000_000), data) for data in packets], kind)
     return decode_velodyne_scan(scan)
 
 
