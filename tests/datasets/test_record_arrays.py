@@ -141,3 +141,29 @@ def test_more_records_than_bytes_are_told() -> None:
     with pytest.raises(DatasetsError, match="truncated message: 4294967295 records of points end at byte"):
         type_of(store, ros1=True).deserialise(bytes(data))
     assert len(type_of(store, ros1=True).deserialise(bytes(4)).points) == 0
+
+
+@pytest.mark.parametrize("ros1", [True, False])
+@pytest.mark.parametrize("frame_id", ["", "odd"])
+def test_packets_with_a_stamp_and_bytes_are_read_as_the_library_reads_them(ros1: bool, frame_id: str) -> None:
+    scan, packet = "velodyne_msgs/msg/VelodyneScan", "velodyne_msgs/msg/VelodynePacket"
+    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg("builtin_interfaces/Time stamp\nuint8[1206] data", packet))
+    store.register(get_types_from_msg("std_msgs/Header header\nvelodyne_msgs/VelodynePacket[] packets", scan))
+    time: Any = store.types["builtin_interfaces/msg/Time"]
+    header = {"stamp": time(sec=3, nanosec=4), "frame_id": frame_id} | ({"seq": 7} if ros1 else {})
+    rng = np.random.default_rng(0)
+    packets = [
+        store.types[packet](stamp=time(sec=5 + k, nanosec=k), data=rng.integers(0, 256, 1206, np.uint8))
+        for k in range(5)
+    ]
+    message = store.types[scan](header=store.types["std_msgs/msg/Header"](**header), packets=packets)
+    kind = MessageType(scan, "ros1" if ros1 else "cdr", None, "humble")
+    order = [{}] if ros1 else [{"little_endian": True}, {"little_endian": False}]
+    for options in order:
+        write: Any = store.serialize_ros1 if ros1 else store.serialize_cdr
+        read = kind.deserialise(bytes(write(message, scan, **options))).packets
+        for one, other in zip(read, packets, strict=True):
+            stamp: Any = other.stamp  # type: ignore[attr-defined]
+            assert one["stamp"].tolist() == (stamp.sec, stamp.nanosec)
+            np.testing.assert_array_equal(one["data"], other.data)  # type: ignore[attr-defined]
