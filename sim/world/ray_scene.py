@@ -3,16 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh as EmbreeMesh
-from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Bool, Float32, Int32, UInt8
 
 from navtool.pipeline.arrays import Array
+from navtool.sim.world.embree import EmbreeTree
 from navtool.sim.world.mesh import TriangleMesh
 
 STEP_M = 1e-3
 """A ray goes on this far behind what it passed through."""
-_FAR_M = 1.0e6
 
 
 class Hits(NamedTuple):
@@ -36,9 +34,7 @@ class RayScene:
         """Number of each triangle's surface."""
         self.normals: Float32[Array, "t 3"] = mesh.normals()
         """Unit normal of each triangle."""
-        self._scene = EmbreeScene()
-        self._mesh = EmbreeMesh(self._scene, mesh.vertices, mesh.triangles)
-        self.blocked(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # builds Embree's tree now, not later
+        self._tree = EmbreeTree(mesh.vertices, mesh.triangles)
 
     def cast(self, origins: Float32[Array, "n 3"], directions: Float32[Array, "n 3"]) -> Hits:
         """The first triangle that each ray meets, from either side.
@@ -47,14 +43,9 @@ class RayScene:
             origins: Where the rays begin, world frame.
             directions: Where they go; of any length above 0.
         """
-        if not len(origins):
-            nothing = np.zeros(0, np.float32)
-            return Hits(nothing, np.zeros(0, np.int32), nothing, nothing)
-        found = self._scene.run(origins, directions, output=True)
-        triangle: Array = found["primID"]
-        distance = found["tfar"]
-        distance[triangle < 0] = np.inf
-        return Hits(distance, triangle, found["u"], found["v"])
+        found = self._tree.first_met(origins, directions)
+        distance = np.where(found.triangle < 0, np.float32(np.inf), found.distance)
+        return Hits(distance, found.triangle, found.u, found.v)
 
     def cast_on(
         self, origins: Float32[Array, "n 3"], directions: Float32[Array, "n 3"], passed_m: Float32[Array, " n"]
@@ -70,9 +61,14 @@ class RayScene:
         found = self.cast(origins + skip[:, None] * directions, directions)
         return found._replace(distance_m=found.distance_m + skip)
 
-    def blocked(self, origins: Float32[Array, "n 3"], directions: Float32[Array, "n 3"]) -> Bool[Array, " n"]:
-        """Whether anything stands in the rays' way; faster than ``cast``."""
-        if not len(origins):
-            return np.zeros(0, bool)
-        met: Array = self._scene.run(origins, directions, query="OCCLUDED")
-        return met >= 0
+    def blocked(
+        self, origins: Float32[Array, "n 3"], directions: Float32[Array, "n 3"], *, coherent: bool = True
+    ) -> Bool[Array, " n"]:
+        """Whether anything stands in the rays' way; faster than ``cast``.
+
+        Args:
+            origins: Where the rays begin, world frame.
+            directions: Where they go; of any length above 0.
+            coherent: Whether rays that follow each other go nearly the same way; it decides the speed alone.
+        """
+        return self._tree.blocked(origins, directions, coherent=coherent)
