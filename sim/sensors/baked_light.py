@@ -64,7 +64,7 @@ class BakedLight:
         seen = np.zeros(count, np.float32)
         for _ in range(_SKY_RAYS):
             towards = _upwards(rng, count)
-            seen += ~self._scene.blocked(centre + 4 * _LIFT_M * towards, towards)
+            seen += ~self._scene.blocked(centre + 4 * _LIFT_M * towards, towards, coherent=False)
         seen /= _SKY_RAYS
         if self._world.config.light.sun_share == 0:
             return np.zeros(count, np.float32), seen
@@ -86,7 +86,7 @@ class BakedLight:
         sky: Array = np.zeros(len(coarse), np.float32)
         for _ in range(_GROUND_SKY_RAYS):
             towards = _upwards(rng, len(coarse))
-            sky += ~self._scene.blocked(coarse + 4 * _LIFT_M * towards, towards)
+            sky += ~self._scene.blocked(coarse + 4 * _LIFT_M * towards, towards, coherent=False)
         few = round(len(coarse) ** 0.5)
         sky = cv2.GaussianBlur((sky / _GROUND_SKY_RAYS).reshape(few, few), (0, 0), 0.7)
         found[:, :, 3] = cv2.resize(sky, (side, side), interpolation=cv2.INTER_LINEAR)

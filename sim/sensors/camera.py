@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float, Float32, UInt8
+from jaxtyping import Bool, Float, Float32, Int32, UInt8
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
@@ -110,7 +110,7 @@ class Camera:
         surface = np.where(self._seen, seen.surface, np.uint8(SKY)).reshape(height, width)
         depth = np.where(self._seen, seen.depth, np.float32(np.inf)).reshape(height, width)
         light, count = seen.radiance, self.config.edge_rays
-        mixed = np.flatnonzero(_mixed(surface, depth, shader.small))
+        mixed = np.flatnonzero(_mixed(surface, depth, seen.triangle.reshape(height, width), shader.small))
         if count and mixed.size:
             rays = self._components[:, None, mixed] + self._offsets[:, :count]
             further = shader.see(eye, _turned(turn, rays.reshape(3, -1)), 1 / self.model.fx).radiance
@@ -126,11 +126,21 @@ def _turned(turn: Float32[Array, "3 3"], rays: Float32[Array, "3 n"]) -> Float32
 
 
 def _mixed(
-    surface: UInt8[Array, "h w"], depth: Float32[Array, "h w"], small: Bool[Array, " surfaces"]
+    surface: UInt8[Array, "h w"],
+    depth: Float32[Array, "h w"],
+    triangle: Int32[Array, "h w"],
+    small: Bool[Array, " surfaces"],
 ) -> Bool[Array, "h w"]:
-    """Pixels with or next to leaves and blades so near that each of them shows."""
+    """Pixels with or next to leaves and blades so near that each of them shows, unless one of them fills the pixel."""
     tiny = np.append(small, np.zeros(256 - len(small), bool))[surface]
-    return np.asarray(cv2.dilate((tiny & (depth < _NEAR_M)).astype(np.uint8), np.ones((3, 3), np.uint8)), bool)
+    near = cv2.dilate((tiny & (depth < _NEAR_M)).astype(np.uint8), np.ones((3, 3), np.uint8))
+    edge = np.zeros(triangle.shape, bool)
+    across, down = triangle[:, 1:] != triangle[:, :-1], triangle[1:] != triangle[:-1]
+    edge[:, 1:] |= across
+    edge[:, :-1] |= across
+    edge[1:] |= down
+    edge[:-1] |= down
+    return np.asarray(edge & near.astype(bool))
 
 
 def _dirt(model: CameraModel, share: float, rng: np.random.Generator) -> Float32[Array, "h w 1"]:

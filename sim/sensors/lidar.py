@@ -64,16 +64,16 @@ class Lidar:
 
     def _echoes(self, rays: BeamRays, rng: np.random.Generator) -> tuple["_Found", "_Found"]:
         """The echoes of all beams, ring by ring: the one that single-return modes report, and dual mode's other."""
-        windows = self._windows(rays.range_m)
+        reach, left, right = _three(rays.range_m)
         if self.weather.rain_mmph > 0 or self.weather.dust_per_m > 0:
-            mixed = np.ones(windows.shape[:2], bool)
+            mixed = np.ones(reach.shape, bool)
         else:
-            near = windows[:, :, 1:4]
-            mixed = near.max(axis=2) - near.min(axis=2) > np.float32(MIXED_M)
+            farthest = np.maximum(np.maximum(left, right), reach)
+            mixed = farthest - np.minimum(np.minimum(left, right), reach) > np.float32(MIXED_M)
             if rays.glass.any():
-                mixed |= self._windows(rays.glass).any(axis=2)
-        reach, inner = rays.range_m[:, ::2], self._windows(rays.strength)[:, :, 1:4]
-        strength = np.float32(0.25) * (inner[:, :, 0] + inner[:, :, 2]) + np.float32(0.5) * inner[:, :, 1]
+                mixed |= self._window(rays.glass, np.arange(mixed.size)).any(axis=1).reshape(mixed.shape)
+        axis, left, right = _three(rays.strength)
+        strength = np.float32(0.25) * (left + right) + np.float32(0.5) * axis
         heard = (reach < self.config.max_range_m) & (strength >= self.config.faintest(reach))
         reach = np.where(heard, reach, np.float32(np.inf)).ravel()
         first = _Found(reach, strength.ravel(), rays.surface[:, ::2].ravel())
@@ -87,11 +87,10 @@ class Lidar:
         self, rays: BeamRays, index: Int[Array, " m"], first: "_Found", other: "_Found", rng: np.random.Generator
     ) -> None:
         """Look at the pulses of beams whose parts lie apart, and enter their echoes."""
-        at = np.divmod(index, self._columns)
-        reach, strength, surface = (self._windows(part)[at] for part in rays[:3])
+        reach, strength, surface = (self._window(part, index) for part in rays[:3])
         parts = [(reach, strength * self._share(reach), surface)]
         if rays.glass.any():
-            reach, strength, surface = (self._windows(part)[at] for part in rays[3:6])
+            reach, strength, surface = (self._window(part, index) for part in rays[3:6])
             parts.append((reach, strength * self._share(reach), surface))
         if self.weather.rain_mmph > 0 or self.weather.dust_per_m > 0:
             near, back = self._air(len(index), rng)
@@ -110,11 +109,12 @@ class Lidar:
             apart &= np.isfinite(last.range_m)
             other.enter(index, Echoes(*(np.where(apart, a, b) for a, b in zip(last, second, strict=True))), surfaces)
 
-    @staticmethod
-    def _windows(values: Array) -> Array:
-        """The five rays of each beam: [rings, columns, 5], a view."""
-        padded = np.pad(values, ((0, 0), (2, 2)), mode="edge")
-        return np.lib.stride_tricks.sliding_window_view(padded, 5, axis=1)[:, ::2]
+    def _window(self, values: Array, index: Int[Array, " m"]) -> Array:
+        """The five rays of some beams: [m, 5]; beyond the first and the last ray of a ring, those."""
+        ring, column = np.divmod(index.astype(np.int32), np.int32(self._columns))
+        last = np.int32(2 * self._columns - 1)
+        ray = np.clip(2 * column[:, None] + np.arange(-2, 3, dtype=np.int32), 0, last)
+        return np.take(values, ray + ring[:, None] * (last + 1))
 
     def _share(self, range_m: Float32[Array, "m k"]) -> Float32[Array, "m k"]:
         """The share of its light that each beam sends along each of its rays."""
@@ -156,6 +156,14 @@ class Lidar:
             time_s=self._time_s[column, ring].astype(np.float32),
             surface=surface[there],
         )
+
+
+def _three(values: Float32[Array, "rings rays"]) -> tuple[Array, Array, Array]:
+    """What the ray on each beam's axis has, and those half a column beside it: [rings, columns] each."""
+    axis, right = values[:, ::2], values[:, 1::2]
+    left = np.empty(right.shape, values.dtype)
+    left[:, 1:], left[:, 0] = right[:, :-1], axis[:, 0]
+    return axis, left, right
 
 
 class _Found(NamedTuple):

@@ -63,7 +63,7 @@ class RayCaster:
         turn = world_lidar[:, :3, :3].transpose(1, 2, 0).astype(np.float32)
         place = world_lidar[:, :3, 3].astype(np.float32)
         shape = (self._rings, self._columns)
-        origins = np.ascontiguousarray(np.broadcast_to(place, (*shape, 3))).reshape(-1, 3)
+        origins = np.tile(place, (self._rings, 1))
         on_axis = self._sent(scene, origins, _turned(turn, self._axes))
         surface, reach = on_axis.surface.reshape(shape), on_axis.range_m.reshape(shape)
         loose = (self._porous[surface] & (reach < NOTHING_M)) | on_axis.glass.reshape(shape)
@@ -109,7 +109,11 @@ class RayCaster:
     ) -> tuple[Float32[Array, " n"], Float32[Array, " n"], UInt8[Array, " n"]]:
         """Range, strength and surface of what rays have met, as if each were a whole beam."""
         surface = scene.surface[triangle]
-        cosine = np.abs(np.einsum("ij,ij->i", scene.normals[triangle], directions))
+        normals = np.take(scene.normals, triangle, axis=0)
+        cosine = normals[:, 0] * directions[:, 0]
+        for axis in (1, 2):
+            cosine += normals[:, axis] * directions[:, axis]
+        np.abs(cosine, out=cosine)
         strength = returned_share(cosine, self._reflectivity[surface], self._roughness[surface])
         mirror = np.flatnonzero(self._specular[surface] > 0)
         angle = np.arccos(np.minimum(cosine[mirror], np.float32(1)))
@@ -131,4 +135,4 @@ def beam_directions(
 def _turned(turn: Float32[Array, "3 3 columns"], rays: Sequence[Float32[Array, "..."]]) -> Float32[Array, "n 3"]:
     """Rays, component by component, in the world; one after another, ring by ring."""
     x, y, z = rays
-    return np.stack([(row[0] * x + row[1] * y + row[2] * z).ravel() for row in turn], axis=-1)
+    return np.stack([(row[0] * x + row[1] * y + row[2] * z).ravel() for row in turn]).T

@@ -57,6 +57,8 @@ class Seen(NamedTuple):
     """In lengths of the rays; infinite for the sky."""
     surface: UInt8[Array, " n"]
     """Number of the surface; ``SKY`` for the sky."""
+    triangle: Int32[Array, " n"]
+    """Number of the triangle; -1 for the sky."""
 
 
 class Shader:
@@ -96,7 +98,7 @@ class Shader:
             pixel_rad: Angle between neighbouring rays: how fine a texture they resolve.
         """
         origins = np.broadcast_to(eye, (rays.shape[1], 3))
-        directions = np.ascontiguousarray(rays.T)
+        directions = rays.T
         hits = self._scene.cast(origins, directions)
         surface = self._surfaces(hits)
         radiance = np.zeros(rays.shape, np.float32)
@@ -107,7 +109,7 @@ class Shader:
             self._paint(through, eye, rays[:, pane], beyond, self._surfaces(beyond), pixel_rad)
             radiance[:, pane] = self._with_glint(through, rays[:, pane], self._normals[:, hits.triangle[pane]])
         self._paint(radiance, eye, rays, hits, surface, pixel_rad)
-        return Seen(radiance, hits.distance_m, surface)
+        return Seen(radiance, hits.distance_m, surface, hits.triangle)
 
     def _surfaces(self, hits: Hits) -> UInt8[Array, " n"]:
         return np.where(hits.triangle >= 0, self._scene.surface[hits.triangle], np.uint8(SKY))
@@ -257,7 +259,7 @@ class Shader:
         asked = np.flatnonzero(large & (sun > 0))
         start = points[:, asked] + np.float32(0.01) * (normals[:, asked] + self._sun[:, None])
         towards = np.broadcast_to(self._sun, (asked.size, 3))
-        sun[asked] *= ~self._scene.blocked(np.ascontiguousarray(start.T), towards)
+        sun[asked] *= ~self._scene.blocked(start.T, towards)
         return sun
 
     def _with_glint(
