@@ -5,6 +5,7 @@ same way, as those of neighbouring pixels and beams do, take half the time.
 """
 
 import ctypes
+import re
 import weakref
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, files
@@ -171,7 +172,7 @@ def _library() -> ctypes.CDLL:
         SimError: It is not installed.
     """
     try:
-        found = [path for path in files("embreex") or [] if "embree4" in path.name and ".so" in path.name]
+        found = [path for path in files("embreex") or [] if re.search(r"embree4.*\.(so|dylib|dll)", path.name)]
     except PackageNotFoundError:
         found = []
     if not found:
