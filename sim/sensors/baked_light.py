@@ -5,10 +5,12 @@ import numpy as np
 from jaxtyping import Float32, Int32
 
 from navtool.pipeline.arrays import Array
+from navtool.sim.sensors.lamps import Lamps
 from navtool.sim.world.height_field import SKIRT_TRIANGLES
 from navtool.sim.world.place import World
 from navtool.sim.world.randomness import Purpose, generator
 from navtool.sim.world.ray_scene import RayScene
+from navtool.sim.world.surfaces import surface_values
 
 _TEXEL_M = 0.08
 """Of the ground's map of sunlight."""
@@ -19,7 +21,8 @@ _SKY_RAYS = 5
 _ROW = 512
 _GROUND_SKY_RAYS = 16
 _INDOORS = np.float32(0.8)
-"""Share of the light of the lamps that reaches a place in a room: shadows of lamps are not modelled."""
+"""Share of a room's scattered light that reaches a place in it."""
+_LAMP_RAYS = 6
 
 
 class BakedLight:
@@ -32,12 +35,13 @@ class BakedLight:
         self._half_side_m = np.float32(side / 2)
         self.ground_triangles = 2 * world.ground.surface.size + SKIRT_TRIANGLES
         """The first so many triangles of the mesh are ground."""
+        self._lamps = None if world.config.room is None else Lamps(world.config.room)
         rng = generator(world.config.name, world.seed, Purpose.SHADE)
         self._thing_sun, self._thing_sky = self._bake_things(rng)
         self._ground = self._bake_ground(rng)
 
     def on_ground(self, x: Float32[Array, " n"], y: Float32[Array, " n"]) -> Float32[Array, "4 n"]:
-        """Slope along x and y, and the shares of the sun's disc and of the sky that points of the ground see, 0-1."""
+        """Slopes along x and y; how much of the sun (in a room: of the lamps) and of the sky reaches the ground."""
         count = len(x)
         rows = max(-(-count // _ROW), 1)
         scale = np.float32(len(self._ground)) / (2 * self._half_side_m)
@@ -54,6 +58,10 @@ class BakedLight:
     def sky_on_things(self, triangle: Int32[Array, " n"]) -> Float32[Array, " n"]:
         """Share of the sky that such triangles see from their brighter side, 0-1."""
         return np.asarray(self._thing_sky[triangle - self.ground_triangles])
+
+    def lamps_on_things(self, points: Float32[Array, "3 n"], normals: Float32[Array, "3 n"]) -> Float32[Array, " n"]:
+        """The lamps' light on things, relative to its mean on the floor; other things' shadows are not on them."""
+        return np.zeros(points.shape[1], np.float32) if self._lamps is None else self._lamps.unshaded(points, normals)
 
     def _bake_things(self, rng: np.random.Generator) -> tuple[Float32[Array, " t"], Float32[Array, " t"]]:
         corners = self._world.mesh.vertices[self._world.mesh.triangles[self.ground_triangles :]]
@@ -79,9 +87,10 @@ class BakedLight:
         normal = self._world.ground.normal_at(points[:, 0].astype(np.float64), points[:, 1].astype(np.float64))
         found = np.zeros((side, side, 4), np.float32)
         found[:, :, :2] = (-normal[:, :2] / normal[:, 2:]).reshape(side, side, 2)
-        if self._world.config.room is not None:
+        if self._lamps is not None:
+            found[:, :, 2] = self._lamps_on_floor(points, self._lamps, rng).reshape(side, side)
             found[:, :, 3] = _INDOORS
-            return found
+            return np.asarray(cv2.GaussianBlur(found, (0, 0), 1.0))
         coarse = self._ground_points(_COARSE_M)
         sky: Array = np.zeros(len(coarse), np.float32)
         for _ in range(_GROUND_SKY_RAYS):
@@ -95,6 +104,27 @@ class BakedLight:
             lit = ~self._scene.blocked(points + 4 * _LIFT_M * towards, towards)
             found[:, :, 2] = lit.reshape(side, side)
         return np.asarray(cv2.GaussianBlur(found, (0, 0), 0.7))
+
+    def _lamps_on_floor(
+        self, points: Float32[Array, "n 3"], lamps: Lamps, rng: np.random.Generator
+    ) -> Float32[Array, " n"]:
+        """The lamps' light on the floor of the room with the shadows of what stands there; none outside."""
+        room = self._world.config.room
+        found = np.zeros(len(points), np.float32)
+        if room is None:
+            return found
+        inside = np.flatnonzero((2 * abs(points[:, 0]) < room.length_m) & (2 * abs(points[:, 1]) < room.width_m))
+        floor = np.ascontiguousarray(points[inside])
+        up = np.zeros((3, len(floor)), np.float32)
+        up[2] = 1
+        clear = surface_values("transmittance") > 0
+        for _ in range(_LAMP_RAYS):
+            for place in lamps.within_panels(rng):
+                towards = place - floor
+                hits = self._scene.cast(floor + _LIFT_M * towards, towards)
+                seen = (hits.distance_m > np.float32(0.97)) | clear[self._scene.surface[hits.triangle]]
+                found[inside] += seen * lamps.light_of(place, floor.T, up)
+        return found / np.float32(_LAMP_RAYS)
 
     def _ground_points(self, spacing_m: float) -> Float32[Array, "n 3"]:
         count = round(2 * float(self._half_side_m) / spacing_m)

@@ -1,4 +1,4 @@
-"""The light that comes along rays in a world: what they meet, lit by sun and sky.
+"""The light that comes along rays in a world: what they meet, lit by sun and sky, or by the lamps of a room.
 
 Vectors are stored component by component, [3, n]: NumPy is several times faster along the long axis.
 """
@@ -21,6 +21,9 @@ SKY = 255
 """Number of the sky, where a pixel's surface is asked for."""
 _SUN_COLOUR = np.array([1.08, 1.0, 0.86], np.float32)
 _SKY_COLOUR = np.array([0.86, 0.97, 1.22], np.float32)
+_LAMP_COLOUR = np.array([1.03, 1.0, 0.93], np.float32)
+_SCATTERED = np.float32(0.4)
+"""Share of a room's light that walls and ceiling have scattered."""
 _HAZE_PER_M = np.float32(1 / 260)
 """Share of the light that turns into haze in each metre on a clear day."""
 _DRY = {
@@ -74,6 +77,9 @@ class Shader:
         share = world.config.light.sun_share
         self._sun_strength = (np.float32(share / world.sun[2]) * _SUN_COLOUR).astype(np.float32)
         self._sky_strength = np.float32(1 - share) * (_SKY_COLOUR if share > 0 else np.ones(3, np.float32))
+        if self._indoors:
+            self._sun_strength = (1 - _SCATTERED) * _LAMP_COLOUR
+            self._sky_strength = _SCATTERED * np.ones(3, np.float32)
         self._colour = np.array([surface.colour for surface in SURFACES], np.float32).T.copy()
         self._dry = np.array([_DRY.get(surface.name, surface.colour) for surface in SURFACES], np.float32).T.copy()
         self._haze_per_m = _HAZE_PER_M + np.float32(world.config.weather.dust_per_m)
@@ -161,7 +167,9 @@ class Shader:
         sun: Array = np.zeros(len(reach), np.float32)
         sky[on], sky[off] = under[3], self.light.sky_on_things(triangle[off])
         sky = sky_light(normal_up, _SHADE + (1 - _SHADE) * sky, indoors=self._indoors)
-        if self._world.config.light.sun_share > 0:
+        if self._indoors:
+            sun[on], sun[off] = under[2], self.light.lamps_on_things(things, normals)
+        elif self._world.config.light.sun_share > 0:
             facing = (self._sun[2] - under[0] * self._sun[0] - under[1] * self._sun[1]) * steepness
             sun[on] = under[2] * np.maximum(facing, 0)
             sun[off] = self._sun_on_things(things, normals, triangle[off], surface[off])

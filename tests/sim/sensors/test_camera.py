@@ -1,13 +1,15 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
+from navtool.configs.schema import config_folder
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
-from navtool.pipeline.image_reliability import ImageReliabilityConfig, image_reliability
+from navtool.pipeline.image_reliability import ImageReliabilityConfig, count_corners, image_reliability
 from navtool.sim.sensors.camera import Camera, Picture, PoseAt
 from navtool.sim.sensors.camera_config import CameraConfig
 from navtool.sim.sensors.shader import SKY, Shader
@@ -15,7 +17,7 @@ from navtool.sim.world.mesh import TriangleMesh
 from navtool.sim.world.place import World, make_world
 from navtool.sim.world.primitives import box, tube
 from navtool.sim.world.ray_scene import RayScene
-from navtool.sim.world.scenario import LightConfig, Scatter, ScenarioConfig
+from navtool.sim.world.scenario import LightConfig, Scatter, ScenarioConfig, load_scenario
 from navtool.sim.world.surfaces import surface_number
 
 type Wall = Callable[..., TriangleMesh]
@@ -184,6 +186,36 @@ def test_reliability_falls_with_light_and_with_motion(grove: World) -> None:
     assert day[1] > evening[1] > night[1]
     shaken = reliability(200.0, moving(x_m=-5.0, turn_radps=1.5))
     assert shaken[1] < reliability(200.0, pose)[1]
+
+
+def test_corners_fall_as_the_yaw_rate_rises(grove: World) -> None:
+    camera, corners = Camera(MODEL.scaled_to(320, 240)), []
+    for rate in (0.0, 0.4, 0.8, 1.6):
+        pose_at = moving(x_m=-5.0, turn_radps=rate)
+        rgb = camera.picture(shader_of(grove), pose_at, 200.0, np.random.default_rng(0)).rgb
+        corners.append(count_corners(np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), np.uint8), 30))
+    assert corners == sorted(corners, reverse=True)
+    assert corners[-1] < 0.3 * corners[0] > 30
+
+
+def test_the_dark_scenario_is_less_reliable_than_the_same_place_at_noon() -> None:
+    dark = load_scenario(config_folder() / "scenario" / "graspe_4.yaml")
+    world = make_world(dark, 0)
+    shader, camera = Shader(world, RayScene(world.mesh)), Camera(MODEL.scaled_to(320, 240))
+    x, y = world.start_m
+    z = float(world.ground.height_at(np.array([x]), np.array([y]))[0])
+
+    def pose_at(time_s: Array) -> Array:
+        poses = np.array(moving(speed_mps=0.5)(time_s))
+        poses[:, :3, 3] += x, y, z
+        return poses
+
+    found = []
+    for lux in (1e5, dark.light.illuminance_lux):
+        picture = camera.picture(shader, pose_at, lux, np.random.default_rng(0))
+        found.append(image_reliability(picture.rgb, ImageReliabilityConfig()))
+    assert found[1].brightness < 0.8 * found[0].brightness
+    assert found[1].image < 0.8 * found[0].image
 
 
 def test_every_pixel_is_a_surface_or_the_sky(grove: World) -> None:

@@ -63,7 +63,7 @@ def test_level_ground_lies_at_the_analytic_range_of_each_ring(
 def test_a_wall_lies_in_its_plane(wall_at: Wall, scene_of: SceneOf, standing: Standing) -> None:
     cloud = scan(scene_of(wall_at(7.0)), standing(HEIGHT_M, EXACT.columns))
     wide = np.abs(azimuth(cloud)) < 1.2
-    assert cloud.xyz[wide][:, 0] == pytest.approx(np.full(wide.sum(), 7.0), abs=1e-3)
+    assert cloud.xyz[wide][:, 0] == pytest.approx(np.full(wide.sum(), 7.0), abs=4e-4)
 
 
 def test_a_sphere_is_met_where_its_equation_says(scene_of: SceneOf, standing: Standing) -> None:
@@ -77,7 +77,7 @@ def test_a_sphere_is_met_where_its_equation_says(scene_of: SceneOf, standing: St
     along = towards @ offset
     under = along**2 - (offset @ offset - radius**2)
     inner = under > 0.1
-    assert ranges(cloud)[inner] == pytest.approx((along - np.sqrt(np.maximum(under, 0)))[inner], abs=5e-3)
+    assert ranges(cloud)[inner] == pytest.approx((along - np.sqrt(np.maximum(under, 0)))[inner], abs=1e-3)
     assert (under > -0.06).all(), "no point beside it"
 
 

@@ -71,6 +71,23 @@ def test_every_scenario_builds_with_what_it_asks_for(path: Path) -> None:
         assert (world.ground.surface == surface_number(region.surface)).any(), region.surface
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("split", list(Split), ids=lambda split: split.name)
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_every_scenario_has_free_ends_for_several_seeds_of_both_splits(path: Path, split: Split) -> None:
+    config = replace(load_scenario(path), split=split)
+    ends = set()
+    for seed in (1, 2):
+        world = make_world(config, seed)
+        for x, y in (world.start_m, world.goal_m):
+            clearance = world.obstacles.clearance(np.array([x]), np.array([y]))[0]
+            assert clearance > (FREE_M if config.room is None else 0.5), (seed, x, y)
+            slope = world.ground.normal_at(np.array([x]), np.array([y]))[0, 2]
+            assert slope > 0.7, (seed, x, y)
+        ends.add((world.start_m, world.goal_m))
+    assert len(ends) == 2, "each seed is a place of its own"
+
+
 def test_grass_is_made_of_thousands_of_single_blades(world: World) -> None:
     blades = triangles(world, "tall_grass") / 3
     assert blades > 1000
