@@ -2,20 +2,21 @@
 
 Where the numbers come from:
 
-- ``reflectivity`` at 905 nm. Wehr and Lohr 1999 ("Airborne laser scanning: an introduction and overview", typical
-  reflectivities at 900 nm) give smooth concrete 24 %, asphalt with pebbles 17 %, beach sand 50 %, white masonry 85 %,
-  deciduous trees 60 %, coniferous trees 30 %, rough wood 25 %. Taken from there: asphalt, sand; concrete a little
-  higher (0.30), because weathered concrete is brighter than the smooth 24 %. Single green leaves scatter 0.45-0.5 of
-  near infrared light and let 0.4 through diffusely (the leaf plateau; their crowns look brighter because light is
-  scattered twice): 0.48 here, dry grass 0.40. Bark, rock, gravel, mulch, brick and wet mud are chosen between these
-  anchors: gravel as concrete, rock, brick and bark above (pale stone, red clay and dead wood are bright in the near
-  infrared; limestone reaches 75 %), mulch as rough wood, wet mud far below dry soil, because water absorbs and darkens.
+- ``reflectivity`` at 905 nm. The ASTER spectral library (Johns Hopkins samples, 0.90-0.91 um) has 0.51 for green sod,
+  0.60 for dry sod, 0.55 for a pile of leaves of broad-leaved trees, 0.28 for weathered asphalt full of limestone.
+  From there: grass 0.50. A single leaf scatters less than a pile, in which light is scattered again and again: 40-50
+  % in the near infrared, by textbooks of remote sensing; so 0.48 for leaves of trees and bushes, and 0.40, their
+  lower end, for blades of tall grass. All others are chosen: asphalt 0.17, darker than that weathered one; concrete
+  and gravel 0.30, sand 0.50, plaster 0.70; bark, rock and brick 0.36-0.38; mulch 0.25; wet mud 0.10, far below dry
+  soil, because water absorbs and darkens; beads and steel.
 - Glass mirrors 4 % at each of its two faces (Fresnel, refractive index 1.5): it lets 0.85 of a beam through after
   absorption. ``specular`` is chosen: of the mirrored 8 %, a receiver's aperture and the waviness of a pane leave
   little, and MIM finds glass weak (< 0.5 R) even at normal incidence.
 - ``roughness_rad`` is chosen: 0.2 for what is smooth at the millimetre, 0.6 for stones and chips.
-- ``friction`` is for rubber: concrete and asphalt 0.8-0.9, gravel and rock 0.6-0.7, turf and sand 0.5-0.55, mulch
-  0.45, wet mud 0.3; mid-range figures of tyre tests, chosen within them.
+- ``friction`` is for rubber. Tables for tyres have, dry, 0.75-0.90 for concrete, 0.65-0.80 for asphalt, 0.60-0.70 for
+  crushed stone, 0.50-0.60 for earth, and 0.15-0.25 for wet earth, 0.20 for wet grass (Noon 1994, and a table of a
+  dealer in tyres). Concrete and asphalt are at the upper ends, because a robot is slow; gravel and rock 0.60-0.65;
+  dry turf and sand as earth; mulch 0.45 and mud 0.30 are chosen.
 - ``stiffness_npm`` and ``damping_nspm`` are chosen so that a foot that carries 100 N sinks 1 mm or less into concrete,
   4 mm into gravel, 1 cm into sand, 1.2 cm into mulch and 5 cm into mud, about critically damped for 10 kg a leg.
 - ``drag_per_m`` is chosen: tall grass slows a robot noticeably (0.2), a bush stops it within a step or two (1.6).
@@ -52,7 +53,7 @@ GROUND: tuple[Surface, ...] = (
         contrast=0.25,
         reflectivity=0.17,
         roughness_rad=0.45,
-        friction=0.85,
+        friction=0.80,
         stiffness_npm=1.5e5,
         damping_nspm=1.2e3,
         relief_m=0.004,
@@ -114,7 +115,7 @@ GROUND: tuple[Surface, ...] = (
         group=_RESISTANT,
         colour=(0.085, 0.125, 0.035),
         contrast=0.35,
-        reflectivity=0.40,
+        reflectivity=0.50,
         roughness_rad=0.60,
         friction=0.55,
         stiffness_npm=2.0e4,
