@@ -114,8 +114,8 @@ class Camera:
         if count and mixed.size:
             rays = self._components[:, None, mixed] + self._offsets[:, :count]
             further = shader.see(eye, _turned(turn, rays.reshape(3, -1)), 1 / self.model.fx).radiance
-            light[:, mixed] += further.reshape(3, count, -1).sum(axis=1)
-            light[:, mixed] /= np.float32(1 + count)
+            for channel, more in zip(light, further.reshape(3, count, -1).sum(axis=1), strict=True):
+                channel[mixed] = (channel[mixed] + more) * np.float32(1 / (1 + count))
         return np.ascontiguousarray(light.T).reshape(height, width, 3), surface, depth
 
 

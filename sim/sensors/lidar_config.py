@@ -22,8 +22,8 @@ class Returns(Enum):
 class LidarConfig:
     """Geometry, timing and receiver; the defaults are a Velodyne VLP-16.
 
-    Angles, times, divergence and aperture are those of the VLP-16's manual. ``ten_percent_range_m``, ``full_scale``,
-    ``pulse_m``, ``focus_m`` and the noise's law are chosen; the manual says that ranges are typically within 3 cm.
+    Angles and times are those of the VLP-16's manual (revision D), the divergence that of the VLS-128's, its sister.
+    Aperture, ``ten_percent_range_m``, ``full_scale``, ``pulse_m``, ``focus_m`` and the noise are chosen.
     """
 
     elevation_rad: list[float] = field(default_factory=lambda: np.radians(np.arange(-15.0, 16.0, 2.0)).tolist())

@@ -33,7 +33,7 @@ class BeamRays(NamedTuple):
     strength: Float32[Array, "*rays"]
     surface: UInt8[Array, "*rays"]
     behind_m: Float32[Array, "*rays"]
-    """Of what lies behind glass."""
+    """Of what lies behind glass; this and what follows is empty where no ray of the turn went through glass."""
     behind_strength: Float32[Array, "*rays"]
     behind_surface: UInt8[Array, "*rays"]
     glass: Bool[Array, "*rays"]
@@ -75,7 +75,8 @@ class RayCaster:
             scene, place[column], _turned(turn[:, :, column], [part.ravel()[index] for part in self._between])
         )
         rays = []
-        for values, found in zip(on_axis, extra, strict=True):
+        fields = 7 if on_axis.glass.any() or extra.glass.any() else 3
+        for values, found in zip(on_axis[:fields], extra[:fields], strict=True):
             both = np.empty((*shape, 2), values.dtype)
             both[:, :, 0] = values.reshape(shape)
             both[:, :, 1] = both[:, :, 0]
@@ -83,7 +84,7 @@ class RayCaster:
                 both[:, :-1, 1] = np.float32(0.5) * (both[:, :-1, 0] + both[:, 1:, 0])
             both.reshape(-1, 2)[index, 1] = found
             rays.append(both.reshape(shape[0], -1))
-        return BeamRays(*rays)
+        return BeamRays(*rays, *(values[:0] for values in on_axis[fields:]))
 
     def _sent(self, scene: RayScene, origins: Float32[Array, "n 3"], directions: Float32[Array, "n 3"]) -> BeamRays:
         """What rays meet, and what those that meet glass find behind it; arrays are flat."""

@@ -43,6 +43,7 @@ class EmbreeTree:
     """Triangles that rays are cast against.
 
     Guarantee: equal triangles and rays give equal answers on one kind of processor; the tree is built by one thread.
+    Only one thread at a time may ask: batches are packed into memory that is kept.
     """
 
     def __init__(self, vertices: Float32[Array, "v 3"], triangles: Int32[Array, "t 3"]) -> None:
@@ -61,6 +62,9 @@ class EmbreeTree:
         library.rtcReleaseGeometry(geometry)
         library.rtcCommitScene(self._scene)
         weakref.finalize(self, _release, library, self._scene, device)
+        self._rays, self._shadow_rays = _packets(_FIELDS), _packets(_RAY_FIELDS)
+        self._active = _aligned((_WIDTH,), np.int32)
+        self._active[:] = -1
         error = library.rtcGetDeviceError(device)
         if error:
             raise SimError(f"Embree cannot take the triangles (its error {error})", cure="check that all are finite")
@@ -70,7 +74,7 @@ class EmbreeTree:
         count = len(origins)
         distance, triangle = np.empty(count, np.float32), np.empty(count, np.int32)
         u, v = np.empty(count, np.float32), np.empty(count, np.float32)
-        packets = _packets(_FIELDS)
+        packets = self._rays
         numbers = packets.view(np.int32)
         for begin in range(0, count, _PACKETS * _WIDTH):
             part = slice(begin, begin + _PACKETS * _WIDTH)
@@ -94,7 +98,7 @@ class EmbreeTree:
             coherent: Whether rays that follow each other go nearly the same way: they are faster together.
         """
         found = np.empty(len(origins), bool)
-        packets = _packets(_RAY_FIELDS)
+        packets = self._shadow_rays
         for begin in range(0, len(origins), _PACKETS * _WIDTH):
             part = slice(begin, begin + _PACKETS * _WIDTH)
             used = _fill(packets, origins[part], directions[part])
@@ -103,11 +107,9 @@ class EmbreeTree:
         return found
 
     def _ask(self, query: "ctypes._NamedFuncPointer", packets: Float32[Array, "m f w"], *, coherent: bool) -> None:
-        active = _aligned((_WIDTH,), np.int32)
-        active[:] = -1
         arguments = _Arguments(_COHERENT if coherent else 0, 0xFFFFFFFF, None, None, None)
         first, step = packets.ctypes.data, packets.strides[0]
-        everyone, options = active.ctypes.data, ctypes.addressof(arguments)
+        everyone, options = self._active.ctypes.data, ctypes.addressof(arguments)
         for packet in range(first, first + len(packets) * step, step):
             query(everyone, self._scene, packet, options)
 
