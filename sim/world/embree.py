@@ -36,6 +36,7 @@ class FirstMet(NamedTuple):
     triangle: Int32[Array, " n"]
     """-1 for nothing."""
     u: Float32[Array, " n"]
+    """Like v, 0 for nothing."""
     v: Float32[Array, " n"]
 
 
@@ -80,6 +81,7 @@ class EmbreeTree:
             part = slice(begin, begin + _PACKETS * _WIDTH)
             used = _fill(packets, origins[part], directions[part])
             numbers[:used, _TRIANGLE : _GEOMETRY + 1] = -1
+            packets[:used, _U : _V + 1] = 0
             self._ask(_library().rtcIntersect16, packets[:used], coherent=True)
             size = len(origins[part])
             distance[part] = packets[:used, _FAR].reshape(-1)[:size]
