@@ -3,12 +3,15 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int64, UInt64
+from jaxtyping import Bool, Float, Float32, Int32, Int64, UInt64
 
 from navtool.pipeline.arrays import Array
 
 _MM_PER_M = 1000.0
-_SALTS = (0x9E3779B97F4A7C15, 0xD1B54A32D192ED03)
+_SALT = 0xD1B54A32D192ED03
+_ODD = 0x1E3779B97F4A7C15
+_ODD_INVERSE = pow(_ODD, -1, 1 << 63)
+"""Of the odd number, for every number of low bits up to 63."""
 
 MAX_RANGE_M = 1000.0
 """Coordinates beyond this are no LiDAR returns and are dropped."""
@@ -68,85 +71,97 @@ def fixed_size_cloud(
         raise ValueError(f"voxel_m is {voxel_m} m; set whole millimetres between 0.001 and 10")
     grid = _VoxelGrid(voxel_mm, seed)
     keys = grid.one_a_voxel(_front_mm(xyz))
+    ranks = grid.ranks(keys)
     if len(keys) > size:
         # Distinct voxels have distinct ranks, so exactly `size` of them are below the next one.
-        ranks = grid.ranks(keys)
-        keys = keys[ranks < np.partition(ranks, size)[size]]
-    points = (grid.points_mm(keys).T / _MM_PER_M).astype(np.float32)
-    return FixedSizeCloud(np.resize(points, (size, 3)), len(keys))
+        chosen = np.flatnonzero(ranks < np.partition(ranks, size)[size])
+        keys, ranks = keys.take(chosen), ranks.take(chosen)
+    # Whole millimetres are exact in float32, and so is the quotient but for one rounding.
+    points = np.ascontiguousarray(grid.points_mm(keys, ranks).T, np.float32)
+    points /= np.float32(_MM_PER_M)
+    return FixedSizeCloud(points if len(keys) == size else np.resize(points, (size, 3)), len(keys))
 
 
-def _front_mm(xyz: Float[Array, "n 3"]) -> Int64[Array, "3 m"]:
+def _front_mm(xyz: Float[Array, "n 3"]) -> Int32[Array, "3 m"]:
     """The real returns in front of the robot in whole millimetres."""
     columns = np.ascontiguousarray(xyz.T)
-    x, y, z = columns
     # A comparison with NaN is false; so is that of infinity with the range.
-    kept = (x >= 0) & (x <= MAX_RANGE_M) & (np.abs(y) <= MAX_RANGE_M) & (np.abs(z) <= MAX_RANGE_M)
-    kept &= (x != 0) | (y != 0) | (z != 0)
+    front = columns.take(np.flatnonzero(columns[0] >= 0), axis=1)
+    kept = (np.abs(front) <= MAX_RANGE_M).all(axis=0) & (front != 0).any(axis=0)
+    if not kept.all():
+        front = front.compress(kept, axis=1)
     # float64: float32 would move points beyond 16 m by parts of a millimetre.
-    front = columns.take(np.flatnonzero(kept), axis=1).astype(np.float64)
-    front *= _MM_PER_M
-    return np.rint(front, out=front).astype(np.int64)
+    front_mm = np.multiply(front, _MM_PER_M, dtype=np.float64)
+    return np.asarray(np.rint(front_mm, out=front_mm).astype(np.int32))
 
 
 class _VoxelGrid:
-    """Points and voxels as whole numbers: key = voxel * (places in a voxel) + place, one key a cubic millimetre.
+    """Points and voxels as whole numbers: a key is the voxel's number and, in its low bits, the place within.
 
-    Within `MAX_RANGE_M` and with voxels up to 10 m every key is below 2**63.
+    Within `MAX_RANGE_M` in front and with voxels up to 10 m every key is below 2**63.
 
-    The places of a voxel are numbered from a start that differs from voxel to voxel, so that the smallest key of a
-    voxel is no particular corner of it.
+    A seeded hash of the voxel is its rank among the others, and scrambles the places within: the smallest key of a
+    voxel is then no particular corner of it.
     """
 
     def __init__(self, voxel_mm: int, seed: int) -> None:
         self._voxel = voxel_mm
         self._below = -(-int(MAX_RANGE_M * _MM_PER_M) // voxel_mm)
         self._across = 2 * self._below + 1
-        self._places = voxel_mm**3
-        self._rank_salt, self._start_salt = (_mix(np.uint64((seed + salt) % (1 << 64))) for salt in _SALTS)
+        self._place_bits = (voxel_mm**3 - 1).bit_length()
+        self._place_mask = (1 << self._place_bits) - 1
+        self._salt = np.uint64((seed * _ODD + _SALT) % (1 << 64))
 
-    def one_a_voxel(self, points_mm: Int64[Array, "3 n"]) -> Int64[Array, " m"]:
+    def one_a_voxel(self, points_mm: Int32[Array, "3 n"]) -> Int64[Array, " m"]:
         """The smallest key of each voxel with a point, in ascending order."""
         cell = points_mm // self._voxel
-        place = points_mm - cell * self._voxel
-        cell += self._below
-        voxel = (cell[0] * self._across + cell[1]) * self._across + cell[2]
-        numbered = (place[0] * self._voxel + place[1]) * self._voxel + place[2] - self._start(voxel)
-        numbered += self._places * (numbered < 0)
-        keys = np.sort(voxel * self._places + numbered)
-        voxel = keys // self._places
-        return np.asarray(keys[np.flatnonzero(np.diff(voxel, prepend=-1))])
+        place = (points_mm - cell * self._voxel).astype(np.int64)
+        cell[1:] += self._below
+        voxel = _joined(cell.astype(np.int64), self._across)
+        # Times an odd number, and moved by one of the voxel's own: one to one within the low bits.
+        scrambled = _joined(place, self._voxel) * _ODD + self._hash(voxel).view(np.int64)
+        keys = np.sort((voxel << self._place_bits) | (scrambled & self._place_mask))
+        voxel = keys >> self._place_bits
+        first: Array = np.ones(len(keys), np.bool_)
+        np.not_equal(voxel[1:], voxel[:-1], out=first[1:])
+        return keys.compress(first)
 
     def ranks(self, keys: Int64[Array, " n"]) -> UInt64[Array, " n"]:
         """A seeded random order of the keys' voxels."""
-        return _mix((keys // self._places).astype(np.uint64) + self._rank_salt)
+        return self._hash(keys >> self._place_bits)
 
-    def points_mm(self, keys: Int64[Array, " n"]) -> Int64[Array, "3 n"]:
+    def points_mm(self, keys: Int64[Array, " n"], ranks: UInt64[Array, " n"]) -> Int64[Array, "3 n"]:
         """The points that the keys stand for."""
-        voxel = keys // self._places
-        place = keys - voxel * self._places + self._start(voxel)
-        place -= self._places * (place >= self._places)
-        cells = np.stack(_digits(voxel, self._across)) - self._below
-        return np.asarray(cells * self._voxel + np.stack(_digits(place, self._voxel)))
+        place = ((keys - ranks.view(np.int64)) * _ODD_INVERSE) & self._place_mask
+        points = _digits(keys >> self._place_bits, self._across)
+        points[1:] -= self._below
+        points *= self._voxel
+        points += _digits(place, self._voxel)
+        return points
 
-    def _start(self, voxel: Int64[Array, " n"]) -> Int64[Array, " n"]:
-        """Where the numbering of the voxel's places begins."""
-        mixed = _mix(voxel.astype(np.uint64) + self._start_salt) >> np.uint64(1)
-        # NumPy divides several numbers at a time, but takes remainders one by one.
-        start: Array = (mixed - mixed // np.uint64(self._places) * np.uint64(self._places)).astype(np.int64)
-        return start
+    def _hash(self, voxel: Int64[Array, " n"]) -> UInt64[Array, " n"]:
+        """A one to one scrambling of 64 bits: SplitMix64's finaliser (Steele, Lea and Flood 2014)."""
+        mixed = voxel.view(np.uint64) + self._salt
+        mixed ^= mixed >> np.uint64(30)
+        mixed *= np.uint64(0xBF58476D1CE4E5B9)
+        mixed ^= mixed >> np.uint64(27)
+        mixed *= np.uint64(0x94D049BB133111EB)
+        mixed ^= mixed >> np.uint64(31)
+        return mixed
 
 
-def _digits(number: Int64[Array, " n"], base: int) -> list[Int64[Array, " n"]]:
+def _joined(digits: Int64[Array, "3 n"], base: int) -> Int64[Array, " n"]:
+    """Numbers of three digits, the highest first."""
+    return np.asarray((digits[0] * base + digits[1]) * base + digits[2])
+
+
+def _digits(number: Int64[Array, " n"], base: int) -> Int64[Array, "3 n"]:
     """The three digits of numbers below base cubed, the highest first."""
-    rest = number // base
-    high = rest // base
-    return [high, rest - high * base, number - rest * base]
-
-
-def _mix(values: UInt64[Array, "*n"] | np.uint64) -> UInt64[Array, "*n"]:
-    """A one to one scrambling of 64 bits: SplitMix64's finaliser (Steele, Lea and Flood 2014)."""
-    mixed = np.atleast_1d(np.asarray(values, np.uint64))
-    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return np.asarray(mixed ^ (mixed >> np.uint64(31)))
+    # NumPy divides several numbers at a time, but takes remainders one by one.
+    digits: Int64[Array, "3 n"] = np.empty((3, len(number)), np.int64)
+    high, middle, low = digits
+    np.floor_divide(number, base, out=middle)
+    np.subtract(number, middle * base, out=low)
+    np.floor_divide(middle, base, out=high)
+    middle -= high * base
+    return digits

@@ -121,8 +121,14 @@ def test_far_and_unreal_points_are_dropped() -> None:
     np.testing.assert_array_equal(cloud.points, [[5, 0, 0]] * 4)
     assert not fixed_size_cloud(xyz[:-1], size=4).points.any()
     np.testing.assert_array_equal(valid_returns(xyz), [False, False, False, False, True, True, True])
-    edge = np.array([[MAX_RANGE_M, -MAX_RANGE_M, MAX_RANGE_M], [0, MAX_RANGE_M, -MAX_RANGE_M]], np.float32)
-    assert places(fixed_size_cloud(edge, 5, 0, 10.0)) == front_places(edge)
+
+
+@pytest.mark.parametrize("voxel_mm", [1, 7, 50, 1025, 8196, 10_000])
+def test_points_at_the_end_of_the_range_stay_as_they_are(voxel_mm: int) -> None:
+    """The largest numbers that points and voxels are packed into; 8196 mm takes the most."""
+    ends = np.array([[x, y, z] for x in (0, MAX_RANGE_M) for y in (-1, 1) for z in (-1, 1)], np.float32)
+    ends[:, 1:] *= np.float32(MAX_RANGE_M)
+    assert places(fixed_size_cloud(ends, 8, 0, voxel_mm / 1000)) == front_places(ends)
 
 
 def test_a_planar_scan_stays_planar_with_one_point_a_voxel() -> None:
