@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float32, Int64, Integer
+from jaxtyping import Bool, Float32, Int64, Integer
 from numpy.lib.stride_tricks import sliding_window_view
 
 from navtool.pipeline.arrays import Array
@@ -15,6 +15,7 @@ _LEVEL_RAD = np.radians(4.0)
 _LEVEL_POINTS = 1000
 _WINDOW_ROWS = 2
 _WINDOW_COLUMNS = 6
+_MOST_RINGS = 512
 _FAR_M = 1e18
 """Where the points of empty cells are put: out of everyone's reach, and their squares are still numbers."""
 
@@ -33,18 +34,22 @@ class Neighbourhoods(NamedTuple):
 def rings_are_level(columns: Float32[Array, "3 n"], ring: Integer[Array, " n"]) -> bool:
     """Whether the rings are those of a spinning LiDAR: most points within 4 degrees of their ring's mean elevation.
 
-    The lines of a LiDAR that draws rosettes are numbered like rings, and are none. About 1000 points are looked at.
+    The lines of a LiDAR that draws rosettes are numbered like rings, and are none; nor are more than 512 numbers, which
+    no LiDAR has. About 1000 points are looked at.
 
     Args:
         columns: x, y, z in the sensor's frame, all of them real returns, at least one.
         ring: Ring of each point, in any numbering.
     """
+    if len(_numbers(ring)) > _MOST_RINGS:
+        return False
     stride = max(1, columns.shape[1] // _LEVEL_POINTS)
     x, y, z = columns[:, ::stride]
     number = ring[::stride].astype(np.int64)
     elevation = np.arctan2(z, np.sqrt(x * x + y * y))
     mean = np.bincount(number, elevation) / np.maximum(np.bincount(number), 1)
-    return bool(np.median(np.abs(elevation - mean[number])) <= _LEVEL_RAD)
+    level = np.count_nonzero(np.abs(elevation - mean[number]) <= _LEVEL_RAD)
+    return 2 * level > len(number)
 
 
 def ring_neighbourhoods(
@@ -63,33 +68,23 @@ def ring_neighbourhoods(
         reach: Radius of a neighbourhood as a share of the centre's distance.
         max_points: Number of points to choose at most; every k-th cell with a point is chosen.
     """
-    x, y, z = columns
-    number = ring.astype(np.int64)
-    row_of_ring, rows = _rows(number, z, np.sqrt(x * x + y * y))
-    turn = (np.arctan2(y, x) + np.float32(np.pi)) * np.float32(_AZIMUTH_CELLS / (2 * np.pi))
-    column = np.minimum(turn.astype(np.int64), _AZIMUTH_CELLS - 1)
-    # A border around the cells, which repeats them across the azimuth's seam, and a last row for the rings left out.
-    width = _AZIMUTH_CELLS + 2 * _WINDOW_COLUMNS
-    index = np.full((rows + 2 * _WINDOW_ROWS + 1, width), -1, np.int64)
-    index.reshape(-1)[row_of_ring[number] * width + column + _WINDOW_COLUMNS] = np.arange(len(x))
-    inner = index[:-1, _WINDOW_COLUMNS:-_WINDOW_COLUMNS].copy()
-    index[:-1, :_WINDOW_COLUMNS] = inner[:, -_WINDOW_COLUMNS:]
-    index[:-1, -_WINDOW_COLUMNS:] = inner[:, :_WINDOW_COLUMNS]
-    filled = np.flatnonzero(inner.reshape(-1) >= 0)
+    grid = _ring_grid(columns, ring)
+    inner = grid.point[_WINDOW_ROWS:-_WINDOW_ROWS, _WINDOW_COLUMNS:-_WINDOW_COLUMNS]
+    filled = np.flatnonzero(inner != grid.empty)
     filled = filled[:: _stride(len(filled), max_points)]
-    at_row, at_column = filled // _AZIMUTH_CELLS, filled % _AZIMUTH_CELLS
-    # Coordinates on the grid: a window is then a few short runs of numbers, not a search for each of its points.
-    grids = np.append(columns, np.full((3, 1), _FAR_M, np.float32), axis=1).take(index, axis=1)
-    windows = sliding_window_view(grids, 2 * _WINDOW_ROWS + 1, axis=1)
+    row, column = filled // _AZIMUTH_CELLS, filled % _AZIMUTH_CELLS
+    # A window of coordinates is a few short runs of numbers, not a search for each of its points.
+    windows = sliding_window_view(grid.columns, 2 * _WINDOW_ROWS + 1, axis=1)
     windows = sliding_window_view(windows, 2 * _WINDOW_COLUMNS + 1, axis=2)
-    around = windows[:, at_row - _WINDOW_ROWS, at_column].reshape(3, len(filled), -1)
-    centre = inner[at_row, at_column]
+    around = windows[:, row, column].reshape(3, len(filled), -1)
+    centre = inner[row, column]
     middle = columns[:, centre]
     around -= middle[:, :, None]
     limit = reach * reach * np.einsum("im,im->m", middle, middle)
-    near = np.einsum("imk,imk->mk", around, around) <= limit[:, None]
+    # As numbers: a product with truth values takes three times as long, and so does counting them.
+    near = (np.einsum("imk,imk->mk", around, around) <= limit[:, None]).astype(np.float32)
     around *= near
-    return Neighbourhoods(centre, around, np.count_nonzero(near, axis=1) - 1)
+    return Neighbourhoods(centre, around, np.einsum("mk->m", near).astype(np.int64) - 1)
 
 
 def nearest_neighbourhoods(columns: Float32[Array, "3 n"], neighbours: int, max_points: int) -> Neighbourhoods:
@@ -104,21 +99,59 @@ def nearest_neighbourhoods(columns: Float32[Array, "3 n"], neighbours: int, max_
     return Neighbourhoods(centre, difference, np.count_nonzero(around != centre[:, None], axis=1))
 
 
-def _rows(
-    ring: Int64[Array, " n"], z: Float32[Array, " n"], level: Float32[Array, " n"]
-) -> tuple[Int64[Array, " rings"], int]:
-    """The grid row of each ring, lowest first, the last one for rings too close to another, and the number of rows."""
-    count = np.bincount(ring)
-    elevation = np.arctan2(np.bincount(ring, z), np.bincount(ring, level))
-    row_of_ring = np.full(len(count), -1, np.int64)
-    rows, last = 0, -np.inf
-    for index in np.argsort(elevation, kind="stable").tolist():
+class _RingGrid(NamedTuple):
+    """A cloud on a grid of rings, lowest first, and azimuth cells, with a border as wide as a window reaches.
+
+    The border repeats the cells across the azimuth's seam; above and below it is empty.
+    """
+
+    point: Int64[Array, "rows cells"]
+    """The point of each cell, `empty` where there is none."""
+    columns: Float32[Array, "3 rows cells"]
+    """Its coordinates, those of a place out of reach where there is none."""
+    empty: int
+
+
+def _ring_grid(columns: Float32[Array, "3 n"], ring: Integer[Array, " n"]) -> _RingGrid:
+    x, y, _ = columns
+    turn = (np.arctan2(y, x) + np.float32(np.pi)) * np.float32(_AZIMUTH_CELLS / (2 * np.pi))
+    column = np.minimum(turn, np.float32(_AZIMUTH_CELLS - 1)).astype(np.int64)
+    rings = _numbers(ring)
+    width = _AZIMUTH_CELLS + 2 * _WINDOW_COLUMNS
+    first_cell = np.zeros(int(rings[-1]) + 1, np.int64)
+    first_cell[rings] = np.arange(len(rings)) * width + _WINDOW_COLUMNS
+    # Empty cells hold a point of their own, out of everyone's reach; a last row has nothing else.
+    empty = len(x)
+    points = np.append(columns, np.full((3, 1), _FAR_M, np.float32), axis=1)
+    index = np.full((len(rings) + 1, width), empty, np.int64)
+    index.reshape(-1)[first_cell.take(ring) + column] = np.arange(empty)
+    index[:, :_WINDOW_COLUMNS] = index[:, -2 * _WINDOW_COLUMNS : -_WINDOW_COLUMNS]
+    index[:, -_WINDOW_COLUMNS:] = index[:, _WINDOW_COLUMNS : 2 * _WINDOW_COLUMNS]
+    on_grid = points.take(index, axis=1, mode="clip")  # all are inside: clipping takes half the time of checking
+    rows = _rows(on_grid[:, :, _WINDOW_COLUMNS:-_WINDOW_COLUMNS], index[:, _WINDOW_COLUMNS:-_WINDOW_COLUMNS] < empty)
+    border = [len(rings)] * _WINDOW_ROWS
+    framed = border + rows + border
+    return _RingGrid(index.take(framed, axis=0), on_grid.take(framed, axis=1), empty)
+
+
+def _numbers(ring: Integer[Array, " n"]) -> Int64[Array, " rings"]:
+    """The numbers that rings have, ascending; where all are small, those that are not used are among them."""
+    most = int(ring.max())
+    return np.arange(most + 1) if most < _MOST_RINGS else np.flatnonzero(np.bincount(ring))
+
+
+def _rows(on_grid: Float32[Array, "3 rows cells"], filled: Bool[Array, "rows cells"]) -> list[int]:
+    """The rows with points, lowest first, without those too close to the one below."""
+    x, y, z = on_grid
+    share = filled.astype(np.float32)
+    level, up = (np.einsum("rc,rc->r", part, share) for part in (np.sqrt(x * x + y * y), z))
+    elevation, there = np.arctan2(up, level), np.count_nonzero(filled, axis=1)
+    rows: list[int] = []
+    for row in np.argsort(elevation, kind="stable").tolist():
         # A little less than the step: rings exactly a step apart all stay.
-        if count[index] and elevation[index] - last > 0.98 * _RING_STEP_RAD:
-            row_of_ring[index] = rows + _WINDOW_ROWS
-            rows, last = rows + 1, elevation[index]
-    row_of_ring[row_of_ring < 0] = rows + 2 * _WINDOW_ROWS
-    return row_of_ring, rows
+        if there[row] and (not rows or elevation[row] - elevation[rows[-1]] > 0.98 * _RING_STEP_RAD):
+            rows.append(row)
+    return rows
 
 
 def _stride(count: int, most: int) -> int:

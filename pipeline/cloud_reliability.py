@@ -102,7 +102,8 @@ def cloud_reliability(
     returns. Arithmetic is float32 for the points and float64 for the features.
 
     Args:
-        xyz: Points in the sensor's frame in metres; those exactly zero, not finite or beyond 1000 km are no returns.
+        xyz: Points in the sensor's frame in metres; those nearer than 1e-19 m, not finite or beyond 1000 km are no
+            returns.
         ring: Ring (laser) of each point in any numbering, None where the cloud does not tell.
         config: Thresholds and weights.
 
@@ -131,17 +132,17 @@ def cloud_features(
     """
     with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite: no return
         columns = np.ascontiguousarray(xyz.T, np.float32)
-    x, y, z = columns
-    # Comparisons with NaN are false.
-    near = (np.abs(x) < _NO_RETURN_M) & (np.abs(y) < _NO_RETURN_M) & (np.abs(z) < _NO_RETURN_M)
-    returned = np.flatnonzero(near & ((x != 0) | (y != 0) | (z != 0)))
-    if len(returned) < _FEWEST_POINTS:
+        squared = np.einsum("in,in->n", columns, columns)
+    real = (squared > 0) & (squared < _NO_RETURN_M**2)  # comparisons with NaN are false
+    if np.count_nonzero(real) < _FEWEST_POINTS:
         return CloudFeatures(np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros(0, np.bool_))
-    if len(returned) < len(x):
+    rings, returned = ring, None
+    if not real.all():
+        returned = np.flatnonzero(real)
         columns = columns.take(returned, axis=1)
-    rings = None if ring is None else ring[returned]
+        rings = None if ring is None else ring[returned]
     if rings is None or not rings_are_level(columns, rings):
-        neighbours = min(config.neighbours, len(returned) - 1)
+        neighbours = min(config.neighbours, columns.shape[1] - 1)
         around = nearest_neighbourhoods(columns, neighbours, config.max_points)
     else:
         around = ring_neighbourhoods(columns, rings, config.reach, config.max_points)
@@ -154,7 +155,8 @@ def cloud_features(
         spread = around.difference.any(axis=(0, 2))
         edge, planar = spread & (smoothness >= config.c_max), spread & (smoothness <= config.c_min)
     enough = around.size >= config.min_neighbours
-    return CloudFeatures(returned[around.centre], edge & enough, planar & ~edge & enough)
+    at = around.centre if returned is None else returned[around.centre]
+    return CloudFeatures(at, edge & enough, planar & ~edge & enough)
 
 
 def _smoothness(

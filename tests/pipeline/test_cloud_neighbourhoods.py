@@ -83,6 +83,8 @@ def test_rings_of_a_spinning_sensor_are_level_and_lines_of_a_rosette_are_not() -
     assert not rings_are_level(points, np.zeros_like(ring)), "one line that goes up and down"
     assert not rings_are_level(points[:, order], (np.arange(len(ring)) % 4).astype(np.uint16))
     assert rings_are_level(np.ones((3, 1), np.float32), np.zeros(1, np.uint16))
+    assert not rings_are_level(points[:, :513], np.arange(513, dtype=np.uint16)), "more numbers than a LiDAR has lasers"
+    assert rings_are_level(points[:, :512], 60_000 + np.arange(512, dtype=np.uint16))
 
 
 @pytest.mark.parametrize("columns", [1, 2])
