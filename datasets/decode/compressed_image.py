@@ -51,8 +51,9 @@ def _frame(message: Any, rgb: UInt8[Array, "h w 3"], compression: str) -> ImageF
 
 def _compression(data: bytes, form: str) -> str:
     if data.startswith(_JPEG):
-        # Decoders fill what is missing with grey; the marker can only stand behind the pixels.
-        if data.rfind(_END_OF_JPEG) < data.rfind(_START_OF_SCAN):
+        # Decoders fill what is missing with grey; the marker can only stand behind the pixels. No pixels may follow the
+        # last one: asked in this order, a whole image is looked at from its end alone.
+        if data.find(_START_OF_SCAN, max(data.rfind(_END_OF_JPEG), 0)) != -1:
             raise DatasetsError(f"truncated JPEG image of {len(data)} bytes")
         return "jpeg"
     if data.startswith(_PNG):

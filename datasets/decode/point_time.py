@@ -27,9 +27,11 @@ def seconds_from_header(time: Shaped[Array, " n"], stamp_ns: int) -> Float32[Arr
     """
     if time.dtype.kind in "iu":
         return np.asarray(time.astype(np.float64) * 1e-9, np.float32)
+    if time.dtype.itemsize < 8:
+        return time.astype(np.float32)
     finite = time[np.isfinite(time)]
     largest = float(finite.max()) if finite.size else 0.0
-    if time.dtype.itemsize < 8 or largest <= _ABSOLUTE_S:
+    if largest <= _ABSOLUTE_S:
         return time.astype(np.float32)
     units_per_s = 1e9 if largest > _ABSOLUTE_NS else 1.0
     origin = stamp_ns * units_per_s / 1e9
