@@ -6,12 +6,10 @@ where anything is odd, the decoders have the word. Both give the same rows: this
 
 import struct
 from collections.abc import Callable
-from functools import cache
 
-from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.rows import IMU_COLUMNS, ODOMETRY_COLUMNS, TWIST_COLUMNS, StreamRows, joint_columns
+from navtool.datasets.ingest.usual_layout import usual_layout
 from navtool.datasets.recording import RawMessage, Recording
-from navtool.datasets.recording.message_type import message_type
 
 _U32 = struct.Struct("<I")
 _ROS1_HEAD = struct.Struct("<IIII")
@@ -52,15 +50,7 @@ class FastRows:
         if make is None or described is None:
             return None
         encoding, layout = described
-        return make(_Bytes(encoding)) if layout == _usual_layout(raw.type, encoding) else None
-
-
-@cache
-def _usual_layout(name: str, encoding: str) -> tuple[object, ...] | None:
-    try:
-        return message_type(name, encoding, None, "humble").layout()
-    except DatasetsError:
-        return None
+        return make(_Bytes(encoding)) if layout == usual_layout(raw.type, encoding) else None
 
 
 class _Bytes:
