@@ -1,0 +1,153 @@
+"""When, where and why a drive of the wheeled robot failed, judged from what really happened."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool
+
+from navtool.pipeline.arrays import Array
+from navtool.sim.drive.failure import Failure, FailureKind
+from navtool.sim.errors import SimError
+from navtool.sim.wheeled.config import STEP_S
+from navtool.sim.wheeled.samples import Samples
+from navtool.sim.world.obstacle import Obstacle
+from navtool.sim.world.surfaces import SURFACES
+
+
+@dataclass(kw_only=True, slots=True)
+class FailureLimits:
+    """From where on something counts as a failure; all above 0."""
+
+    command_mps: float = 0.1
+    """Slower commands cannot be failed."""
+    command_radps: float = 0.15
+    """Slower turns cannot be failed."""
+    headway: float = 0.25
+    """Motion below this share of what is asked for is none, 0-1."""
+    stuck_s: float = 1.5
+    """It makes no headway for this long; starting to move takes less."""
+    leaves_mps: float = 0.05
+    """A collision is over when it moves this fast without pushing."""
+    thrown_rad: float = 0.22
+    """Roll or pitch from its mean over the last seconds."""
+    thrown_mps2: float = 12.0
+    """Vertical acceleration of the body: more than its own weight throws it up."""
+    mean_s: float = 2.0
+    """Over which the mean of roll and pitch is taken."""
+    gap_s: float = 0.5
+    """Stumbles and contacts that follow each other sooner are one."""
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            value: float = getattr(self, name)
+            if not value > 0:
+                raise SimError(f"{name} is {value}", where="FailureLimits", cure="choose a number above 0")
+
+
+def find_failures(
+    samples: Samples, obstacles: Sequence[Obstacle], limits: FailureLimits | None = None
+) -> tuple[Failure, ...]:
+    """All failures of a drive in the order in which they began."""
+    limits = limits or FailureLimits()
+    found = [
+        *_falls(samples),
+        *_collisions(samples, obstacles, limits),
+        *_stuck(samples, obstacles, limits),
+        *_stumbles(samples, limits),
+    ]
+    return tuple(sorted(found, key=lambda failure: (failure.start_s, failure.kind.value)))
+
+
+def _falls(samples: Samples) -> list[Failure]:
+    if not samples.fallen[-1]:
+        return []
+    first = int(np.argmax(samples.fallen))
+    roll, pitch, _ = samples.rpy_rad[first]
+    reason = "it tipped over sideways" if abs(roll) > abs(pitch) else "it tipped over lengthwise"
+    return [_failure(samples, FailureKind.fall, first, len(samples), reason)]
+
+
+def _collisions(samples: Samples, obstacles: Sequence[Obstacle], limits: FailureLimits) -> list[Failure]:
+    """From the first contact until it moves without pushing."""
+    moves = (np.abs(samples.speed_mps) > limits.leaves_mps) & (samples.obstacle < 0)
+    found: list[Failure] = []
+    end = 0
+    for start, last in _stretches(samples.obstacle >= 0, limits.gap_s):
+        if start < end:
+            continue
+        leaves = np.flatnonzero(moves[last:])
+        end = last + int(leaves[0]) if leaves.size else len(samples)
+        reason = f"against {_named(obstacles[samples.obstacle[start]])}"
+        found.append(_failure(samples, FailureKind.collision, start, end, reason))
+    return found
+
+
+def _stuck(samples: Samples, obstacles: Sequence[Obstacle], limits: FailureLimits) -> list[Failure]:
+    speed, turn = np.abs(samples.command.T)
+    goes = (speed > limits.command_mps) & (np.abs(samples.speed_mps) > limits.headway * speed)
+    goes |= (turn > limits.command_radps) & (np.abs(samples.turn_radps) > limits.headway * turn)
+    asked = (speed > limits.command_mps) | (turn > limits.command_radps)
+    found = []
+    for start, end in _stretches(asked & ~goes & ~samples.fallen, 0.0):
+        if (end - start) * STEP_S < limits.stuck_s:
+            continue
+        touched = samples.obstacle[start:end]
+        ground = SURFACES[int(np.bincount(samples.surface[start:end]).argmax())].name
+        kind = FailureKind.stuck
+        if (touched >= 0).mean() > 0.2:
+            reason = f"against {_named(obstacles[int(np.bincount(touched[touched >= 0]).argmax())])}"
+        elif samples.held[start:end].mean() > 0.5:
+            kind = FailureKind.entangled
+            reason = "held by mud" if ground == "mud" else f"held by what grows on the {ground}"
+        elif samples.spins[start:end].mean() > 0.5:
+            reason = f"the wheels slip on {ground}"
+        else:
+            reason = f"the drives cannot climb the {ground}"
+        found.append(_failure(samples, kind, start, end, reason))
+    return found
+
+
+def _stumbles(samples: Samples, limits: FailureLimits) -> list[Failure]:
+    """Where the ground throws the body about; what a blow against an obstacle does to it is part of the collision."""
+    window = round(limits.gap_s / STEP_S)
+    blow = np.convolve(samples.obstacle >= 0, np.ones(window))[: len(samples)] > 0.5
+    lifted = np.abs(np.diff(samples.bounce[:, 0], prepend=0.0)) / STEP_S > limits.thrown_mps2
+    leans = _leans(samples, limits)
+    found = []
+    for start, end in _stretches((lifted | leans) & ~blow & ~samples.fallen, limits.gap_s):
+        ground = SURFACES[int(samples.surface[start])].name
+        reason = f"leaned over on {ground}" if leans[start:end].any() else f"thrown up by {ground}"
+        found.append(_failure(samples, FailureKind.stumble, start, end, reason))
+    return found
+
+
+def _leans(samples: Samples, limits: FailureLimits) -> Bool[Array, "n"]:
+    """When the body is far from how it has been leaning."""
+    lean = samples.rpy_rad[:, :2]
+    span = round(limits.mean_s / STEP_S)
+    total = np.cumsum(np.pad(lean, ((span, 0), (0, 0)), mode="edge"), axis=0)
+    mean = (total[span:] - total[:-span]) / span
+    return np.asarray((np.abs(lean - mean) > limits.thrown_rad).any(axis=1))
+
+
+def _stretches(flags: Bool[Array, "n"], gap_s: float) -> list[tuple[int, int]]:
+    """First and one past last index of each run of true, runs with shorter gaps between them joined."""
+    edges = np.diff(flags.astype(np.int8), prepend=0, append=0)
+    runs: list[tuple[int, int]] = []
+    for start, end in zip(np.flatnonzero(edges > 0).tolist(), np.flatnonzero(edges < 0).tolist(), strict=True):
+        if runs and (start - runs[-1][1]) * STEP_S < gap_s:
+            runs[-1] = (runs[-1][0], end)
+        else:
+            runs.append((start, end))
+    return runs
+
+
+def _named(obstacle: Obstacle) -> str:
+    """Its kind in words."""
+    return obstacle.kind.replace("_", " ")
+
+
+def _failure(samples: Samples, kind: FailureKind, start: int, end: int, reason: str) -> Failure:
+    x, y, _ = samples.ground_m[start].tolist()
+    return Failure(kind, start * STEP_S, min(end, len(samples) - 1) * STEP_S, x, y, reason)
