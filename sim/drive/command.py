@@ -1,6 +1,6 @@
 """What a driver asks of a robot."""
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from navtool.sim.drive.vehicle import VehicleState
 
@@ -17,6 +17,7 @@ class Command(NamedTuple):
     """Whether the operator frees the robot."""
 
 
+@runtime_checkable
 class Driver(Protocol):
     """Who decides."""
 

@@ -63,7 +63,7 @@ class RandomDriver:
         self._deadline_s, self._careless = 0.0, False
         self._target = (0.0, 0.0)
         self._last = Command(0.0, 0.0)
-        self._stopped_s, self._from = 0.0, (0.0, 0.0)
+        self._stopped_s, self._scraped_s, self._from = 0.0, 0.0, (0.0, 0.0)
 
     def command(self, state: VehicleState) -> Command:
         """What is asked for now."""
@@ -92,7 +92,7 @@ class RandomDriver:
     def _enter(self, mode: Mode, state: VehicleState, shortest_s: float, longest_s: float) -> None:
         self.mode = mode
         self._deadline_s = state.time_s + float(self._rng.uniform(shortest_s, longest_s))
-        self._from, self._stopped_s = (state.x_m, state.y_m), 0.0
+        self._from, self._stopped_s, self._scraped_s = (state.x_m, state.y_m), 0.0, 0.0
 
     def _moved(self, state: VehicleState) -> float:
         return math.hypot(state.x_m - self._from[0], state.y_m - self._from[1])
@@ -108,14 +108,17 @@ class RandomDriver:
         turns = abs(state.turn_radps) > _NO_HEADWAY * abs(last.turn_radps) and abs(last.turn_radps) > 0.1
         asks = abs(last.speed_mps) > 0.05 or abs(last.turn_radps) > 0.1
         self._stopped_s = self._stopped_s + DECIDE_S if asks and not goes and not turns else 0.0
-        return self._stopped_s >= _NO_HEADWAY_S or (state.touches is not None and abs(state.speed_mps) < 0.1)
+        self._scraped_s = self._scraped_s + DECIDE_S if state.touches is not None else 0.0
+        stopped = state.touches is not None and abs(state.speed_mps) < 0.1
+        return stopped or self._stopped_s >= _NO_HEADWAY_S or self._scraped_s >= _NO_HEADWAY_S
 
     def _back_off(self, state: VehicleState) -> None:
         """Go back the other way; what holds the robot softly is left to the operator."""
         mode = Mode.rescue if state.held else Mode.back_off
         self._enter(mode, state, 1.5, 2.8)
         back = -math.copysign(_BACK_MPS, self._last.speed_mps if abs(self._last.speed_mps) > 0.05 else 1.0)
-        self._last = Command(back, 0.0, freed=mode is Mode.rescue)
+        turn = float(self._rng.uniform(-0.4, 0.4)) * self._turn
+        self._last = Command(back, turn, freed=mode is Mode.rescue)
 
     def _sees_an_end(self, state: VehicleState) -> bool:
         """Whether a careful driver is about to run into something solid, or to leave the place."""
@@ -123,7 +126,7 @@ class RandomDriver:
         x = state.x_m + ahead * math.cos(state.yaw_rad)
         y = state.y_m + ahead * math.sin(state.yaw_rad)
         if self.mode is Mode.wander and not self._room.inside(x[-1:], y[-1:], 0.0).all():
-            return self._room.inside(x[:1], y[:1], 0.0).all() or self._stopped_s > 0
+            return bool(self._room.inside(x[:1], y[:1], 0.0).all())
         if self._careless or abs(self._last.speed_mps) < 0.1:
             return False
         return bool(self._room.solid_m(x, y).min() < self._half_width_m)

@@ -1,6 +1,6 @@
 """What a driver needs of a robot, whatever it walks or rolls on."""
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from navtool.sim.drive.drive import Drive
 
@@ -24,6 +24,7 @@ class VehicleState(NamedTuple):
     """Whether it lies on the ground: it does not get up before the next reset."""
 
 
+@runtime_checkable
 class Vehicle(Protocol):
     """A robot in a place. The same calls after the same reset give the same drive, bit by bit."""
 

@@ -21,6 +21,9 @@ _NEAR_M = 0.03
 """Beyond what it goes in a step."""
 _SLOP_M = 1e-3
 """Footprint and outlines keep this distance, so that rounding never makes them overlap."""
+_SIDEWAYS = 3.0
+"""Tyres creep sideways under a steady push: a contact moves the robot sideways this many times as easily as it would
+were it free, but only while it pushes. Chosen: without it a robot beside a wall could never turn away from it."""
 _LEVEL_M = 0.1
 """Of the centre of mass above the bumpers: a blow makes the robot nod."""
 _NOD_M2 = 0.05
@@ -81,7 +84,7 @@ class WheeledRobot:
         if self._fallen:
             where = f"x = {x_m:.2f} m, y = {y_m:.2f} m"
             raise SimError("the ground is too steep to stand on", where=where, cure="let it start elsewhere")
-        self._touched, self._nod = -1, 0.0
+        self._touched, self._nod, self._aside_mps = -1, 0.0, 0.0
         self._rows = []
         self._record(0.0, 0.0, freed=False)
         return self._state()
@@ -183,7 +186,7 @@ class WheeledRobot:
         self._fallen = max(abs(tyres.value[1]), abs(tyres.value[2])) > self.config.fall_tilt_rad
         if self._fallen:
             rolling.reset()
-            self._touched, self._nod = -1, 0.0
+            self._touched, self._nod, self._aside_mps = -1, 0.0, 0.0
             tyres.rate[:] = 0.0, 0.0, 0.0
             return
         rolling.step(speed_mps, turn_radps, under, freed=freed)
@@ -191,31 +194,32 @@ class WheeledRobot:
         middle = self._yaw + 0.5 * rolling.turn_radps * STEP_S
         way = rolling.speed_mps * STEP_S / math.hypot(1.0, under.uphill)
         before = self._x, self._y, self._yaw
-        self._x += way * math.cos(middle)
-        self._y += way * math.sin(middle)
+        self._x += way * math.cos(middle) - self._aside_mps * STEP_S * math.sin(middle)
+        self._y += way * math.sin(middle) + self._aside_mps * STEP_S * math.cos(middle)
         self._yaw += rolling.turn_radps * STEP_S
         if self._outlines.contacts(self._x, self._y, math.cos(self._yaw), math.sin(self._yaw), 0.0):
             self._x, self._y, self._yaw = before
-            rolling.speed_mps = rolling.turn_radps = 0.0
+            rolling.speed_mps = rolling.turn_radps = self._aside_mps = 0.0
 
     def _meet(self) -> None:
         """Take from speed and turn what would carry the footprint into something solid: a blow without rebound."""
         rolling, c = self._rolling, self.config
         near = self._outlines.contacts(self._x, self._y, math.cos(self._yaw), math.sin(self._yaw), _NEAR_M)
-        self._touched, before = -1, rolling.speed_mps
+        self._touched, before, aside, light = -1, rolling.speed_mps, 0.0, _SIDEWAYS / c.mass_kg
         for _ in range(4 if near else 0):
             for contact in near:
                 lever = contact.x_m * contact.normal_y - contact.y_m * contact.normal_x
-                opening = contact.normal_x * rolling.speed_mps + lever * rolling.turn_radps
+                opening = contact.normal_x * rolling.speed_mps + contact.normal_y * aside + lever * rolling.turn_radps
                 apart = contact.gap_m - _SLOP_M
                 lack = -apart * (1.0 if apart > 0 else 0.2) / STEP_S - opening
                 if lack <= 0.0:
                     continue
-                per_n = contact.normal_x**2 / c.mass_kg + lever**2 / c.yaw_inertia_kgm2
-                if per_n > 1e-6:
-                    rolling.speed_mps += lack * contact.normal_x / c.mass_kg / per_n
-                    rolling.turn_radps += lack * lever / c.yaw_inertia_kgm2 / per_n
+                per_n = contact.normal_x**2 / c.mass_kg + contact.normal_y**2 * light + lever**2 / c.yaw_inertia_kgm2
+                rolling.speed_mps += lack * contact.normal_x / c.mass_kg / per_n
+                aside += lack * contact.normal_y * light / per_n
+                rolling.turn_radps += lack * lever / c.yaw_inertia_kgm2 / per_n
                 self._touched = contact.item
+        self._aside_mps = aside
         self._nod = (rolling.speed_mps - before) * _LEVEL_M / _NOD_M2
 
     def _record(self, speed_mps: float, turn_radps: float, *, freed: bool) -> None:
@@ -225,7 +229,17 @@ class WheeledRobot:
         moves = rolling.speed_mps, rolling.turn_radps, *tyres.rate, *rolling.wheel_mps
         drives = *rolling.force_n, rolling.power_w, rolling.lost_w, speed_mps, turn_radps, freed
         self._rows.append(
-            (*place, *moves, *drives, self._touched, rolling.held, rolling.spins, self._surface, self._fallen)
+            (
+                *place,
+                *moves,
+                *drives,
+                self._touched,
+                rolling.held,
+                rolling.spins,
+                self._surface,
+                self._fallen,
+                self._aside_mps,
+            )
         )
 
     def _state(self) -> VehicleState:

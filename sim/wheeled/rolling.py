@@ -13,7 +13,8 @@ UNWINDS_M = 4.0
 _FIRM = 0.03
 """Rolling resistance below this is hard ground's."""
 _HOLDS_SHARE, _HELD_SPEED = 0.3, 0.5
-"""Held is who cannot reach half of the speed asked for while something soft takes a third of the force there is."""
+"""Held is who reaches neither half of the speed nor half of the turn asked for, while something soft takes this share
+of the force there is."""
 _STILL_MPS = 0.02
 
 
@@ -101,12 +102,9 @@ class Rolling:
         self.turn_radps = _slowed(free, STEP_S * scrub_nm / c.yaw_inertia_kgm2)
         self._turn_wheels(wants, (grip_left, grip_right))
         soft_n = wound_n + drag_n + max(resist_left + resist_right - _FIRM * (left_n + right_n), 0.0)
-        self.held = (
-            not freed
-            and abs(asked[0]) > 0.05
-            and abs(self.speed_mps) < _HELD_SPEED * abs(asked[0])
-            and soft_n > _HOLDS_SHARE * (most_left + most_right)
-        )
+        slow = abs(self.speed_mps) < _HELD_SPEED * abs(asked[0]) if abs(asked[0]) > 0.05 else abs(asked[1]) > 0.1
+        slow = slow and abs(self.turn_radps) <= _HELD_SPEED * max(abs(asked[1]), 0.1)
+        self.held = not freed and slow and soft_n > _HOLDS_SHARE * (most_left + most_right)
         if under.plants_per_m > 0.0 or self._wound:
             way = 0.5 * (self.wheel_mps[0] + self.wheel_mps[1]) * STEP_S
             self._wound += under.plants_per_m * way - self._wound * abs(way) / UNWINDS_M

@@ -104,6 +104,11 @@ class Samples:
         """Whether it has tipped over."""
         return np.asarray(self.rows[:, 24] > 0)
 
+    @property
+    def aside_mps(self) -> Float64[Array, "n"]:
+        """Across the heading, to the left: how contacts push it."""
+        return self.rows[:, 25]
+
     def quaternion(self) -> Float64[Array, "n 4"]:
         """Of base_link: x, y, z, w."""
         return quaternion_from_rpy(self.rpy_rad)
@@ -133,8 +138,9 @@ class Samples:
         rotation = transform_from_xyz_quaternion(self.ground_m, self.quaternion())[:, :3, :3]
         up = np.array([0.0, 0.0, BASE_HEIGHT_M])
         lever = np.einsum("nij,nj->ni", rotation, np.cross(self.rates_radps(), up))
-        level = self.speed_mps * np.cos(self.rpy_rad[:, 1])
-        return np.asarray(np.stack([level * np.cos(yaw), level * np.sin(yaw), self.bounce[:, 0]], axis=1) + lever)
+        cos, sin, ahead, aside = np.cos(yaw), np.sin(yaw), self.speed_mps * np.cos(self.rpy_rad[:, 1]), self.aside_mps
+        level = np.stack([ahead * cos - aside * sin, ahead * sin + aside * cos, self.bounce[:, 0]], axis=1)
+        return np.asarray(level + lever)
 
     def body_velocity_mps(self) -> Float64[Array, "n 3"]:
         """Of base_link, in the body's axes."""

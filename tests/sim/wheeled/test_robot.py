@@ -39,7 +39,7 @@ def overlap(samples: Samples, things: list[Obstacle], config: WheeledConfig) -> 
     across = np.linspace(-config.half_width_m, config.half_width_m, 68)
     u, v = (axis.ravel() for axis in np.meshgrid(along, across))
     worst = np.inf
-    for x, y, yaw in samples.rows[::5, [0, 1, 5]].tolist():
+    for x, y, yaw in samples.rows[::10, [0, 1, 5]].tolist():
         cos, sin = np.cos(yaw), np.sin(yaw)
         worst = min(
             worst, float(Obstacles(tuple(things)).clearance(x + cos * u - sin * v, y + sin * u + cos * v).min())
