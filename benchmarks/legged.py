@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from _report import Row, write_report
 
-from navtool.sim.legged.failures import FailureKind
+from navtool.sim.drive.failure import FailureKind
 from navtool.sim.legged.footing import Footing
 from navtool.sim.legged.footings import concrete, granular, grass, mud, rocks
 from navtool.sim.legged.gaits import GaitName
@@ -82,7 +82,7 @@ def _figures(track: LeggedTrack, real_time: float) -> Walk:
         went_m=went,
         vibration_mps2=vibration_rms(imu, IMU_HZ),
         current_a=float(-battery.mean()),
-        stumbles=sum(failure.kind is FailureKind.STUMBLE for failure in track.failures),
+        stumbles=sum(failure.kind is FailureKind.stumble for failure in track.failures),
         fell=bool(track.truth.fallen.any()),
         odometry_error=float(np.hypot(*(odometry - truth))) / max(went, 1.0),
         real_time=real_time,

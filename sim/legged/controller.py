@@ -62,10 +62,10 @@ class Controller:
         self._acceleration, self._legs = np.zeros(model.nv), np.zeros(model.nv)
         self.stepping = Stepping(gait, config)
 
-    def reset(self, data: mujoco.MjData) -> None:
-        """Stand, with all feet on the ground."""
+    def reset(self, data: mujoco.MjData, gait: Gait) -> None:
+        """Stand, with all feet on the ground, ready to walk in a gait."""
         body = body_motion(data, self._trunk)
-        self.stepping = Stepping(self.stepping.gait, self._config)
+        self.stepping = Stepping(gait, self._config)
         self.command = (0.0, 0.0)
         """Speed and turn that are kept now."""
         self._balance = Balance(self._config, body.yaw_rad)

@@ -2,44 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 from jaxtyping import Bool
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import quaternion_to_rpy
+from navtool.sim.drive.failure import Failure, FailureKind
 from navtool.sim.legged.body import LEGS, STEP_S
 from navtool.sim.legged.obstacle import Obstacle
 from navtool.sim.legged.samples import Samples
-
-
-class FailureKind(Enum):
-    """What went wrong."""
-
-    STUMBLE = "stumble"
-    """A foot was caught or slid away, or the body was thrown about; the robot went on."""
-    FALL = "fall"
-    """It leaned too far, or lay on its trunk."""
-    STUCK = "stuck"
-    """It was told to go and did not."""
-    ENTANGLED = "entangled"
-    """The same, held by what grows or lies on the ground."""
-    COLLISION = "collision"
-    """The body or a leg pushed against an obstacle."""
-
-
-@dataclass(frozen=True, slots=True)
-class LeggedFailure:
-    """A stretch of a drive that failed."""
-
-    kind: FailureKind
-    start_s: float
-    end_s: float
-    x_m: float
-    """Where the body was when it began, world frame."""
-    y_m: float
-    reason: str
 
 
 @dataclass(kw_only=True, slots=True)
@@ -67,7 +39,7 @@ class FailureLimits:
 
 def find_failures(
     samples: Samples, obstacles: Sequence[Obstacle] = (), limits: FailureLimits | None = None
-) -> tuple[LeggedFailure, ...]:
+) -> tuple[Failure, ...]:
     """Return all failures of a drive in the order in which they began."""
     limits = limits or FailureLimits()
     if not len(samples.fallen):
@@ -81,22 +53,22 @@ def find_failures(
     return tuple(sorted(found, key=lambda failure: (failure.start_s, failure.kind.value)))
 
 
-def _falls(samples: Samples) -> list[LeggedFailure]:
+def _falls(samples: Samples) -> list[Failure]:
     if not samples.fallen[-1]:
         return []
     first = int(np.argmax(samples.fallen))
     reason = "the trunk lies on the ground" if samples.trunk_down[first] else "it leaned over"
-    return [_failure(samples, FailureKind.FALL, first, len(samples.fallen), reason)]
+    return [_failure(samples, FailureKind.fall, first, len(samples.fallen), reason)]
 
 
-def _collisions(samples: Samples, obstacles: Sequence[Obstacle], limits: FailureLimits) -> list[LeggedFailure]:
+def _collisions(samples: Samples, obstacles: Sequence[Obstacle], limits: FailureLimits) -> list[Failure]:
     return [
-        _failure(samples, FailureKind.COLLISION, start, end, f"against {obstacles[samples.obstacle[start]].name}")
+        _failure(samples, FailureKind.collision, start, end, f"against {obstacles[samples.obstacle[start]].name}")
         for start, end in _stretches(samples.obstacle >= 0, limits.gap_s)
     ]
 
 
-def _stumbles(samples: Samples, limits: FailureLimits) -> list[LeggedFailure]:
+def _stumbles(samples: Samples, limits: FailureLimits) -> list[Failure]:
     upright = ~samples.fallen
     caught = np.diff(samples.stumbles, prepend=0) > 0
     slid = _slid(samples, limits)
@@ -109,11 +81,11 @@ def _stumbles(samples: Samples, limits: FailureLimits) -> list[LeggedFailure]:
             reason = f"the {LEGS[int(np.argmax(slid[start:end].any(axis=0)))]} foot slid"
         else:
             reason = "a foot was caught"
-        found.append(_failure(samples, FailureKind.STUMBLE, start, end, reason))
+        found.append(_failure(samples, FailureKind.stumble, start, end, reason))
     return found
 
 
-def _stuck(samples: Samples, obstacles: Sequence[Obstacle], limits: FailureLimits) -> list[LeggedFailure]:
+def _stuck(samples: Samples, obstacles: Sequence[Obstacle], limits: FailureLimits) -> list[Failure]:
     span = round(limits.stuck_window_s / STEP_S)
     if len(samples.command) <= span:
         return []
@@ -126,11 +98,11 @@ def _stuck(samples: Samples, obstacles: Sequence[Obstacle], limits: FailureLimit
         start, end = first, last + span
         touched = samples.obstacle[start:end]
         if (touched >= 0).mean() > 0.2:
-            kind, reason = FailureKind.STUCK, f"against {obstacles[touched.max()].name}"
+            kind, reason = FailureKind.stuck, f"against {obstacles[touched.max()].name}"
         elif samples.drag_n[start:end].mean() > limits.held_n:
-            kind, reason = FailureKind.ENTANGLED, "held by what grows or lies on the ground"
+            kind, reason = FailureKind.entangled, "held by what grows or lies on the ground"
         else:
-            kind, reason = FailureKind.STUCK, "no headway"
+            kind, reason = FailureKind.stuck, "no headway"
         found.append(_failure(samples, kind, start, end, reason))
     return found
 
@@ -168,6 +140,6 @@ def _stretches(flags: Bool[Array, "n"], gap_s: float) -> list[tuple[int, int]]:
     return runs
 
 
-def _failure(samples: Samples, kind: FailureKind, start: int, end: int, reason: str) -> LeggedFailure:
+def _failure(samples: Samples, kind: FailureKind, start: int, end: int, reason: str) -> Failure:
     x, y, _ = samples.position_m[start].tolist()
-    return LeggedFailure(kind, start * STEP_S, end * STEP_S, x, y, reason)
+    return Failure(kind, start * STEP_S, end * STEP_S, x, y, reason)

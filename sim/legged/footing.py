@@ -30,7 +30,10 @@ class Grip:
 
 @runtime_checkable
 class Footing(Protocol):
-    """A ground of any kind: heights on a regular grid, and how it holds at any place."""
+    """A ground of any kind: heights on a regular grid, and how it holds at any place.
+
+    Each cell is split from its low x, low y corner to its high x, high y corner into two flat triangles.
+    """
 
     @property
     def origin_m(self) -> tuple[float, float]:

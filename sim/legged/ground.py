@@ -4,7 +4,9 @@ import math
 
 import mujoco
 import numpy as np
+from jaxtyping import Float64
 
+from navtool.pipeline.arrays import Array
 from navtool.sim.legged.body import IMPEDANCE, LEGS, PROBE_RADIUS_M, PROBES, STEP_S
 from navtool.sim.legged.controller_config import CONTROL_S
 from navtool.sim.legged.terrain import Terrain
@@ -16,6 +18,15 @@ _STOPS_HZ = 0.9 / STEP_S
 """Damping that nearly stops a foot within a physics step; more would throw it back."""
 _LIMB_M, _TRUNK_M = 0.33, 0.85
 """Lengths of a shank or thigh, and of the trunk."""
+_STANDING_M = (0.0, 0.25, 0.41)
+"""How high the lowest points of shanks, thighs and trunk are in a standing robot."""
+
+
+def standing_length_m(cover_m: Float64[Array, "n"]) -> Float64[Array, "n"]:
+    """Return how much of a standing robot's shanks, thighs and trunk is within a height above level ground, in m."""
+    shank, thigh, trunk = (cover_m - low for low in _STANDING_M)
+    legs = 4.0 * (np.clip(shank, 0.0, _LIMB_M) + np.clip(thigh, 0.0, _LIMB_M))
+    return np.asarray(legs + _TRUNK_M * np.clip(trunk / (2.0 * PROBE_RADIUS_M[8]), 0.0, 1.0))
 
 
 class Ground:
@@ -68,15 +79,19 @@ class Ground:
         """Return whether some of the balls touch the ground, as of the last `lay`."""
         return bool((self._depth_m[probes] > 0.0).any())
 
-    def hold(self, data: mujoco.MjData) -> float:
+    def hold(self, data: mujoco.MjData, *, freed: bool = False) -> float:
         """Let plants and mud hold each part of the body as it moves through them, and return how hard, in N.
 
         Shanks, thighs and the trunk are rods; what of a rod's length is below the plants' tops is held in its middle,
         and never harder than stops it within a tick: however dense the plants, they give it no push.
+
+        Args:
+            data: The robot's state.
+            freed: Whether they let go of it.
         """
         cover = self._grip[:, 4]
         data.xfrc_applied[self._limbs, :3] = 0.0
-        if not cover.any():
+        if freed or not cover.any():
             return 0.0
         depth = self._ground_m + cover - self._centre_m[:, 2] + PROBE_RADIUS_M
         total = 0.0

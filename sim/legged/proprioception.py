@@ -49,7 +49,7 @@ class SensorConfig:
 
 
 class Proprioception(NamedTuple):
-    """Measured streams; row k of a stream that is sampled every m steps belongs to the time (k m + 1) `STEP_S`."""
+    """Measured streams; row k of a stream that is sampled every m steps belongs to the time k m `STEP_S`."""
 
     imu: Float64[Array, "n 6"]
     """Specific force in m/s2 (at rest 9.81 upwards) and turn rates in rad/s, body's axes; 250 Hz."""
@@ -60,8 +60,8 @@ class Proprioception(NamedTuple):
     odometry: Float64[Array, "m 5"]
     """x, y in metres and yaw in radians since the start, with drift; forward speed and turn; 50 Hz."""
     battery: Float64[Array, "k 2"]
-    """Current in A, negative while discharging as in ROS, and voltage in V, means over the time since the last
-    sample; 10 Hz."""
+    """Current in A, negative while discharging as in ROS, and voltage in V, means over the tenth of a second before
+    the sample; 10 Hz, the first row a tenth of a second after the reset."""
 
 
 def measure(samples: Samples, seed: int, config: SensorConfig | None = None) -> Proprioception:
@@ -105,7 +105,7 @@ def _joints(samples: Samples, config: SensorConfig, rng: np.random.Generator) ->
 
 
 def _battery(samples: Samples, config: SensorConfig, rng: np.random.Generator) -> Float64[Array, "k 2"]:
-    power = drawn_power(samples.torque_nm, samples.joint_radps, config.battery)
+    power = drawn_power(samples.torque_nm[1:], samples.joint_radps[1:], config.battery)
     whole = len(power) // BATTERY_EVERY
     power = power[: whole * BATTERY_EVERY].reshape(whole, BATTERY_EVERY).mean(axis=1)
     current, voltage = current_and_voltage(power, STEP_S * BATTERY_EVERY, config.battery)

@@ -12,7 +12,6 @@ from navtool.sim.legged.body import (
     FOOT_RADIUS_M,
     HIP_OFFSET_M,
     HIPS_M,
-    LEGS,
     SIDES,
     STEP_S,
     TRUNK_PROBES,
@@ -21,6 +20,7 @@ from navtool.sim.legged.body import (
 )
 from navtool.sim.legged.controller import Controller
 from navtool.sim.legged.controller_config import CONTROL_S, ControllerConfig
+from navtool.sim.legged.failures import FailureLimits
 from navtool.sim.legged.footing import Footing
 from navtool.sim.legged.gaits import GAITS, GaitName
 from navtool.sim.legged.ground import Ground
@@ -41,6 +41,8 @@ _DIVERGED = (
 _STEPS = round(CONTROL_S / STEP_S)
 _STAND_X_M, _STAND_M = -0.03, 0.47
 """Feet behind and below the hips: below the centre of mass, which the bent knees draw back."""
+_HELD_S, _HELD_SHARE = 1.0, 0.5
+"""A robot that makes less than this share of its way is held; time over which that is watched."""
 _LIMP_NMS = 2.0
 """Damping of the joints once it has fallen and its motors are off."""
 
@@ -63,8 +65,17 @@ class LeggedState:
     """How hard each foot presses."""
     touches: str | None
     """The name of an obstacle that the body or a leg pushes against."""
+    held: bool
+    """Whether what grows or lies there has taken most of the commanded speed away for about a second."""
     fallen: bool
     """Whether it leaned too far or lay on its trunk since the reset; its motors are off from then on."""
+
+    @property
+    def forward_mps(self) -> float:
+        """Speed along the body's x axis."""
+        x, y, z, w = self.quaternion
+        vx, vy, vz = self.velocity_mps
+        return (1 - 2 * (y * y + z * z)) * vx + 2 * (x * y + w * z) * vy + 2 * (x * z - w * y) * vz
 
     @property
     def yaw_rad(self) -> float:
@@ -81,9 +92,10 @@ class LeggedRobot:
         obstacles: Solid things that stand on it.
         gait: How it walks.
         config: The controller's gains.
+        start: x and y in metres and yaw in radians where it begins.
 
     Raises:
-        SimError: The footing or an obstacle is out of range, or one stands where the robot begins: at 0, 0.
+        SimError: The footing or an obstacle is out of range, or one stands where the robot begins.
     """
 
     def __init__(
@@ -92,21 +104,32 @@ class LeggedRobot:
         obstacles: Sequence[Obstacle] = (),
         gait: GaitName = GaitName.TROT,
         config: ControllerConfig | None = None,
+        start: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
         self.obstacles = tuple(obstacles)
+        self._limits = FailureLimits()
+        self._gait = gait
+        self._gaits = [(0.0, gait)]
         self.terrain = Terrain(footing)
         self._model = build(self.obstacles)
         self._data = mujoco.MjData(self._model)
         self._controller = Controller(self._model, GAITS[gait], config or ControllerConfig())
         self._ground = Ground(self.terrain, self._model)
-        self._sites = [self._model.site(f"{leg}_foot").id for leg in LEGS]
+        self._recorder = Recorder(self._data, _STEPS)
         self._trunk = self._model.body("trunk").id
         self._first_obstacle = self._model.geom("obstacle_0").id if self.obstacles else 0
-        self.reset()
+        self.reset(*start)
 
     def set_gait(self, gait: GaitName) -> None:
-        """Walk on in another gait."""
+        """Walk on in another gait, until the next reset."""
         self._controller.stepping.gait = GAITS[gait]
+        now_s = self._recorder.count * STEP_S
+        self._gaits = [(time_s, name) for time_s, name in self._gaits if time_s < now_s] + [(now_s, gait)]
+
+    @property
+    def gaits(self) -> tuple[tuple[float, GaitName], ...]:
+        """From when on, in seconds since the reset, it walks in which gait."""
+        return tuple(self._gaits)
 
     def reset(self, x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0) -> LeggedState:
         """Stand on the ground at a place, at rest, and forget what happened before.
@@ -130,23 +153,29 @@ class LeggedRobot:
         mujoco.mj_kinematics(model, data)
         self._ground.lay(data)
         mujoco.mj_forward(model, data)
-        self._controller.reset(data)
+        self._controller.reset(data, GAITS[self._gait])
+        self._gaits = [(0.0, self._gait)]
         self._force_n = data.sensordata[6:10].copy()
         self._fallen = False
+        self._held_n = self._asked_mps = self._went_mps = 0.0
         self._recorder = Recorder(data, _STEPS)
         touched = self._touched()
+        self._recorder.begin(Tick((0.0, 0.0), (True,) * 4, touched))
         if touched >= 0:
             where = f"x = {x_m} m, y = {y_m} m"
             raise SimError(f"the robot cannot stand inside {self.obstacles[touched].name}", where=where)
         return self.state()
 
-    def step(self, speed_mps: float, turn_radps: float, duration_s: float = CONTROL_S) -> LeggedState:
+    def step(
+        self, speed_mps: float, turn_radps: float, duration_s: float = CONTROL_S, *, freed: bool = False
+    ) -> LeggedState:
         """Return the state after following a command for a while.
 
         Args:
             speed_mps: Forward speed; limited to the gait's.
             turn_radps: Turn, counter-clockwise; limited to the controller's.
             duration_s: A positive multiple of 4 ms.
+            freed: Whether what grows and lies there does not hold it meanwhile.
 
         Raises:
             SimError: The duration is not, or the physics diverged.
@@ -155,7 +184,7 @@ class LeggedRobot:
         if ticks < 1 or abs(ticks * CONTROL_S - duration_s) > 1e-9:
             raise SimError(f"a step of {duration_s} s", cure=f"choose a positive multiple of {CONTROL_S} s")
         for _ in range(ticks):
-            self._tick(speed_mps, turn_radps)
+            self._tick(speed_mps, turn_radps, freed=freed)
         return self.state()
 
     def state(self) -> LeggedState:
@@ -172,6 +201,7 @@ class LeggedRobot:
             rates_radps=(roll, pitch, yaw),
             foot_force_n=(a, b, c, d),
             touches=self.obstacles[touched].name if touched >= 0 else None,
+            held=self._is_held(),
             fallen=self._fallen,
         )
 
@@ -179,12 +209,17 @@ class LeggedRobot:
         """Return what happened since the last reset, one entry a physics step."""
         return self._recorder.samples()
 
-    def _tick(self, speed_mps: float, turn_radps: float) -> None:
+    def _is_held(self) -> bool:
+        limits = self._limits
+        slow = self._went_mps < _HELD_SHARE * self._asked_mps
+        return slow and self._asked_mps > limits.least_command_mps and self._held_n > limits.held_n
+
+    def _tick(self, speed_mps: float, turn_radps: float, *, freed: bool) -> None:
         """Let the controller decide once and the physics follow."""
         data, model, recorder = self._data, self._model, self._recorder
         self._ground.lay(data)
         mujoco.mj_step1(model, data)
-        drag = self._ground.hold(data)
+        drag = self._ground.hold(data, freed=freed)
         self._drive(speed_mps, turn_radps)
         mujoco.mj_step2(model, data)
         recorder.step()
@@ -200,8 +235,17 @@ class LeggedRobot:
         self._fallen = self._fallen or down or upright < math.cos(FALL_TILT_RAD)
         stepping = self._controller.stepping
         standing = tuple(mode is LegMode.STANCE for mode in stepping.modes)
+        self._watch(speed_mps, drag)
         command = (speed_mps, turn_radps)
-        recorder.tick(Tick(command, standing, drag, stepping.stumbles, self._touched(), down, self._fallen))
+        recorder.tick(Tick(command, standing, self._touched(), freed, drag, stepping.stumbles, down, self._fallen))
+
+    def _watch(self, speed_mps: float, drag_n: float) -> None:
+        """Let the means over the last moments follow."""
+        share = CONTROL_S / _HELD_S
+        went = math.hypot(*self._data.qvel[:2].tolist())
+        self._held_n += share * (drag_n - self._held_n)
+        self._asked_mps += share * (abs(speed_mps) - self._asked_mps)
+        self._went_mps += share * (went - self._went_mps)
 
     def _drive(self, speed_mps: float, turn_radps: float) -> None:
         data, model = self._data, self._model

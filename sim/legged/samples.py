@@ -18,7 +18,7 @@ _FIRST_ROWS = 4096
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """One entry a physics step (`body.STEP_S`) since the reset. World frame, SI units."""
+    """The reset's state and one entry a physics step (`body.STEP_S`) from there on. World frame, SI units."""
 
     position_m: Float64[Array, "n 3"]
     """Of the body's middle."""
@@ -38,6 +38,8 @@ class Samples:
     """How hard each foot presses against the ground."""
     command: Float64[Array, "n 2"]
     """Speed and turn asked for."""
+    freed: Bool[Array, "n"]
+    """Whether the operator frees the robot from what grows and lies there."""
     standing: Bool[Array, "n 4"]
     """Which feet the controller has on the ground."""
     drag_n: Float64[Array, "n"]
@@ -63,11 +65,12 @@ class Tick(NamedTuple):
 
     command: tuple[float, float]
     standing: tuple[bool, ...]
-    drag_n: float
-    stumbles: int
     obstacle: int
-    trunk_down: bool
-    fallen: bool
+    freed: bool = False
+    drag_n: float = 0.0
+    stumbles: int = 0
+    trunk_down: bool = False
+    fallen: bool = False
 
 
 class Recorder:
@@ -84,18 +87,27 @@ class Recorder:
         self._steps: Array = np.empty((_FIRST_ROWS, _STEP_COLUMNS))
         self._ticks: list[Tick] = []
         self._each = steps
-        self.count = 0
+        self._rows = 0
+
+    @property
+    def count(self) -> int:
         """Physics steps so far."""
+        return max(0, self._rows - 1)
+
+    def begin(self, tick: Tick) -> None:
+        """Take the state of the reset."""
+        self.step()
+        self.tick(tick)
 
     def step(self) -> None:
         """Take the state after a physics step."""
-        if self.count == len(self._steps):
+        if self._rows == len(self._steps):
             self._steps = np.concatenate([self._steps, np.empty_like(self._steps)])
-        row, start = self._steps[self.count], 0
+        row, start = self._steps[self._rows], 0
         for source, end in zip(self._sources, self._ends, strict=True):
             row[start:end] = source
             start = end
-        self.count += 1
+        self._rows += 1
 
     def tick(self, tick: Tick) -> None:
         """Take what held for the physics steps since the last tick."""
@@ -103,7 +115,7 @@ class Recorder:
 
     def samples(self) -> Samples:
         """Return all of it so far."""
-        steps = self._steps[: self.count].copy()
+        steps = self._steps[: self._rows].copy()
         return Samples(
             position_m=steps[:, :3],
             quaternion=steps[:, [4, 5, 6, 3]],
@@ -115,6 +127,7 @@ class Recorder:
             specific_force_mps2=steps[:, 49:52],
             foot_force_n=steps[:, 55:59],
             command=self._each_step([tick.command for tick in self._ticks], np.float64, 2),
+            freed=self._each_step([tick.freed for tick in self._ticks], np.bool_),
             standing=self._each_step([tick.standing for tick in self._ticks], np.bool_, 4),
             drag_n=self._each_step([tick.drag_n for tick in self._ticks], np.float64),
             stumbles=self._each_step([tick.stumbles for tick in self._ticks], np.int64),
@@ -125,4 +138,6 @@ class Recorder:
 
     def _each_step(self, values: list[Any], dtype: type, *columns: int) -> Array:
         """Return one row a physics step from one value a tick."""
-        return np.repeat(np.array(values, dtype).reshape(-1, *columns), self._each, axis=0)
+        rows = np.full(len(values), self._each)
+        rows[0] = 1
+        return np.repeat(np.array(values, dtype).reshape(-1, *columns), rows, axis=0)

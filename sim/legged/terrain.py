@@ -37,10 +37,11 @@ class Terrain:
     def __init__(self, footing: Footing) -> None:
         check_footing(footing)
         heights = np.asarray(footing.heights_m, dtype=np.float64)
-        corner, right, up = heights[:-1, :-1], heights[:-1, 1:], heights[1:, :-1]
-        twist = heights[1:, 1:] - right - up + corner
-        # a cell's height is c0 + c1 u + v (c2 + c3 u): one look-up a place
-        self._cells = np.stack([corner, right - corner, up - corner, twist], axis=-1).reshape(-1, 4)
+        corner, right, up, far = heights[:-1, :-1], heights[:-1, 1:], heights[1:, :-1], heights[1:, 1:]
+        upper = [corner, far - up, up - corner]
+        lower = [corner, right - corner, far - right]
+        # two triangles a cell, each with its height at the cell's corner and its rise across the cell along x and y
+        self._triangles = np.stack([np.stack(upper, axis=-1), np.stack(lower, axis=-1)], axis=2).reshape(-1, 3)
         rows, self._columns = corner.shape
         self._origin = np.array(footing.origin_m, dtype=np.float64)
         self._per_m = 1.0 / footing.cell_m
@@ -60,12 +61,10 @@ class Terrain:
             raise SimError(what, cure="friction and stiffness must be above 0, the others 0 or more, all finite")
 
     def height(self, xy: Float64[Array, "*any 2"]) -> Float64[Array, "*any"]:
-        """Return the ground's height at places, bilinear between the grid's heights."""
-        cell, share = self._locate(xy)
-        c = self._cells[cell]
-        return np.asarray(
-            c[..., 0] + share[..., 0] * c[..., 1] + share[..., 1] * (c[..., 2] + share[..., 0] * c[..., 3])
-        )
+        """Return the ground's height at places, on the triangles between the grid's heights."""
+        number, share = self._locate(xy)
+        plane = self._triangles[number]
+        return np.asarray(plane[..., 0] + share[..., 0] * plane[..., 1] + share[..., 1] * plane[..., 2])
 
     def contact(self, centre_m: Float64[Array, "n 3"], radius_m: Float64[Array, "n"]) -> Contact:
         """Return the plane that each ball meets first when it sinks.
@@ -74,28 +73,28 @@ class Terrain:
         the edge of a stone and knocks against its flank.
         """
         places = centre_m[:, None, :2] + radius_m[:, None, None] * _RING
-        cell, share = self._locate(places)
-        c = self._cells[cell]
-        u, v = share[..., 0], share[..., 1]
-        height = c[..., 0] + u * c[..., 1] + v * (c[..., 2] + u * c[..., 3])
+        number, share = self._locate(places)
+        plane = self._triangles[number]
+        plane[..., 1:] *= share
+        height = plane.sum(axis=-1)
         best = (height + radius_m[:, None] * _RING_LIFT).argmax(axis=1)
         row = np.arange(best.size)
-        c, u, v = c[row, best], u[row, best], v[row, best]
         point = np.empty((best.size, 3))
         point[:, :2] = places[row, best]
         point[:, 2] = height[row, best]
+        met = number[row, best]
         normal = np.empty((best.size, 3))
-        normal[:, 0] = -self._per_m * (c[:, 1] + v * c[:, 3])
-        normal[:, 1] = -self._per_m * (c[:, 2] + u * c[:, 3])
+        normal[:, :2] = -self._per_m * self._triangles[met, 1:]
         normal[:, 2] = 1.0
         normal /= np.sqrt((normal * normal).sum(axis=1))[:, None]
-        return Contact(point, normal, self._grip[cell[row, best]])
+        return Contact(point, normal, self._grip[met >> 1])
 
     def _locate(self, xy: Array) -> tuple[Array, Array]:
-        """Return the numbers of the cells that places lie in, and how far along x and y in them, 0-1."""
+        """Return the numbers of the triangles that places lie in, and how far along x and y in their cells, 0-1."""
         at = (xy - self._origin) * self._per_m
         np.maximum(at, 0.0, out=at)
         np.minimum(at, self._last, out=at)
         whole = at.astype(np.intp)
         at -= whole
-        return whole[..., 1] * self._columns + whole[..., 0], at
+        u, v = at[..., 0], at[..., 1]
+        return 2 * (whole[..., 1] * self._columns + whole[..., 0]) + (u >= v), at

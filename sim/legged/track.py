@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from navtool.pipeline.arrays import Array
-from navtool.pipeline.geometry.transforms import transform_from_xyz_quaternion
+from navtool.sim.drive.failure import Failure
 from navtool.sim.legged.body import STEP_S
 from navtool.sim.legged.controller_config import CONTROL_S
-from navtool.sim.legged.failures import LeggedFailure, find_failures
+from navtool.sim.legged.failures import find_failures
 from navtool.sim.legged.gaits import GaitName
 from navtool.sim.legged.proprioception import Proprioception, SensorConfig, measure
 from navtool.sim.legged.robot import LeggedRobot
@@ -37,17 +37,12 @@ class LeggedTrack:
 
     truth: Samples
     measured: Proprioception
-    failures: tuple[LeggedFailure, ...]
+    failures: tuple[Failure, ...]
 
     @property
     def time_s(self) -> Float64[Array, "n"]:
         """Of each sample of the truth, since the reset."""
-        return STEP_S * np.arange(1, len(self.truth.fallen) + 1)
-
-    def pose(self, time_s: Float64[Array, "m"]) -> Float64[Array, "m 4 4"]:
-        """Return the body's pose in the world at times: that of the nearest physics step."""
-        index = np.clip(np.rint(time_s / STEP_S).astype(np.intp) - 1, 0, len(self.truth.fallen) - 1)
-        return transform_from_xyz_quaternion(self.truth.position_m[index], self.truth.quaternion[index])
+        return STEP_S * np.arange(len(self.truth.fallen))
 
 
 def track_of(robot: LeggedRobot, seed: int, sensors: SensorConfig | None = None) -> LeggedTrack:

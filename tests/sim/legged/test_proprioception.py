@@ -15,10 +15,10 @@ from navtool.sim.legged.track import LeggedTrack, Order, roll_out
 
 def test_every_stream_has_its_rate_and_shape(on_concrete: Callable[[GaitName], LeggedTrack]) -> None:
     measured = on_concrete(GaitName.TROT).measured
-    assert measured.imu.shape == (1250, 6)
-    assert measured.joints.shape == (1250, 3, len(JOINT_NAMES))
-    assert measured.feet.shape == (1250, 4)
-    assert measured.odometry.shape == (250, 5)
+    assert measured.imu.shape == (1251, 6)
+    assert measured.joints.shape == (1251, 3, len(JOINT_NAMES))
+    assert measured.feet.shape == (1251, 4)
+    assert measured.odometry.shape == (251, 5)
     assert measured.battery.shape == (50, 2)
     assert (measured.battery[:, 0] < 0).all(), "discharging is negative in ROS"
 
