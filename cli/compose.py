@@ -58,6 +58,24 @@ def _fits(config: str, overrides: Sequence[str], result: type) -> bool:
     return True
 
 
+def refuse_unknown(group: str, name: str, what: str) -> None:
+    """Refuse the name of an option that a group of configurations does not have.
+
+    Raises:
+        UsageError: There is none; those that there are, are listed.
+    """
+    from difflib import get_close_matches
+
+    from navtool.configs.schema import config_folder
+
+    known = sorted(path.stem for path in (config_folder() / group).glob("*.yaml"))
+    if name in known:
+        return
+    near = get_close_matches(name, known, 1)
+    meant = f" (did you mean {near[0]}?)" if near else ""
+    raise UsageError(f"no {what} is called {name!r}{meant}", cure=f"known are {', '.join(known)}")
+
+
 def to_typed[T](composed: object, result: type[T]) -> T:
     """A composed configuration as the dataclass behind it, whose own checks run now.
 
@@ -119,7 +137,7 @@ def _readable(error: BaseException) -> str:
     current: BaseException | None = error
     while current is not None:
         text = " ".join(line.strip() for line in str(current).splitlines() if _says_something(line))
-        text = text.partition(" Config search path:")[0].replace(" robot_schema", "")
+        text = text.partition(" Config search path:")[0].replace(" robot_schema", "").replace(" scenario_schema", "")
         if text and text not in messages:
             messages.append(text)
         current = current.__cause__

@@ -13,6 +13,7 @@ from navtool.cli.export import export
 from navtool.cli.ingest import ingest
 from navtool.cli.inspect import inspect
 from navtool.cli.label import label
+from navtool.cli.simulate import simulate
 from navtool.cli.train import train
 from navtool.cli.verify import verify
 from navtool.pipeline.errors import NavtoolError
@@ -54,7 +55,7 @@ def options(
     logging.basicConfig(level=level, format="%(levelname)s %(name)s: %(message)s")
 
 
-for command in (inspect, ingest, label, check, train, evaluate, export, verify, demo):
+for command in (inspect, ingest, label, check, train, evaluate, export, verify, simulate, demo):
     app.command()(command)
 
 

@@ -67,6 +67,46 @@ class IngestProgress:
         self._bar.stop()
 
 
+class SimulationProgress:
+    """Draws how far a simulation is."""
+
+    def __init__(self) -> None:
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:3.0f}%"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            transient=True,
+        )
+        self._task: TaskID | None = None
+        self._episodes = 0
+
+    def begin(self, episodes: int, duration_us: int) -> None:
+        """Begin the bar, as long as the drives."""
+        self._episodes = episodes
+        self._task = self._bar.add_task(f"0/{episodes} episodes", total=max(duration_us, 1))
+
+    def advance(self, microseconds: int) -> None:
+        """Move the bar."""
+        if self._task is not None and microseconds:
+            self._bar.advance(self._task, microseconds)
+
+    def done(self, episodes: int, name: str) -> None:
+        """Say which recording was finished last."""
+        if self._task is not None:
+            self._bar.update(self._task, description=f"{episodes}/{self._episodes} episodes, {name}")
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bar.stop()
+
+
 @contextmanager
 def counted(what: str, total: int) -> Iterator[Callable[[int, int], None]]:
     """A bar that is moved by calling it with (done, total)."""

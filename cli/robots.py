@@ -44,17 +44,10 @@ def ingest_job(robot: str | None, overrides: Sequence[str]) -> "IngestJob":
 
 def _check_preset(name: str | None) -> None:
     """Refuse the name of a preset that there is none of; files are for others to look at."""
-    from difflib import get_close_matches
+    from navtool.cli.compose import refuse_unknown
 
-    from navtool.cli.compose import UsageError
-    from navtool.configs.schema import config_folder
-
-    known = sorted(path.stem for path in (config_folder() / "robot").glob("*.yaml"))
-    if name is None or "/" in name or "." in name or name in known:
-        return
-    near = get_close_matches(name, known, 1)
-    meant = f" (did you mean {near[0]}?)" if near else ""
-    raise UsageError(f"no robot preset is called {name!r}{meant}", cure=f"known are {', '.join(known)}")
+    if name is not None and "/" not in name and "." not in name:
+        refuse_unknown("robot", name, "robot preset")
 
 
 def find_robot(robot: str | None, overrides: Sequence[str]) -> "RobotConfig":

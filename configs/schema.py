@@ -25,6 +25,10 @@ SCHEMAS: dict[str, tuple[Schema, ...]] = {
         Schema("robot_schema", "navtool.datasets.robot:RobotConfig", "robot"),
     ),
     "label": (Schema("label_schema", "navtool.datasets.labels.config:LabelConfig"),),
+    "simulate": (
+        Schema("simulate_schema", "navtool.sim.record.config:SimulationConfig"),
+        Schema("scenario_schema", "navtool.sim.world.scenario:ScenarioConfig", "scenario"),
+    ),
     "train": (
         Schema("train_schema", "navtool.configs.train_job:TrainJob"),
         Schema("graspe_schema", "navtool.train.graspe.config:GraspeConfig", "model"),

@@ -6,14 +6,17 @@ from pathlib import Path
 import pytest
 from arc_drive import arc_drive
 
+from navtool.sim.drive.config import DriveConfig
 from navtool.sim.drive.failure import Failure, FailureKind
 from navtool.sim.record.bag_format import BagFormat
 from navtool.sim.record.bag_writer import write_bag
+from navtool.sim.record.config import SimulationConfig
 from navtool.sim.record.messages import MessageFactory
 from navtool.sim.record.recorder_config import CameraSetup
 from navtool.sim.record.rig import RIGS, RobotKind
 from navtool.sim.record.stage import Stage, make_stage
 from navtool.sim.record.streams import Take, entries
+from navtool.sim.sensors.lidar_config import LidarConfig
 from navtool.sim.world.scenario import RegionConfig, Scatter, ScenarioConfig
 
 FAILURES = (
@@ -21,6 +24,7 @@ FAILURES = (
     Failure(FailureKind.collision, 1.2, 1.6, 1.4, 0.2, "against a wall"),
 )
 SMALL = CameraSetup(width=64, height=48)
+SECONDS = 1.5
 Record = Callable[..., Path]
 
 
@@ -69,5 +73,19 @@ def record(take_of: Callable[..., Take]) -> Record:
         path = folder / f"run{kind.suffix}"
         write_bag(path, kind, factory.store, take.topics(), entries(take, factory), folder / ".partial")
         return path
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def tiny(place: ScenarioConfig) -> Callable[..., SimulationConfig]:
+    """A factory of configurations with a small camera, one laser and short drives."""
+
+    def make(**settings: object) -> SimulationConfig:
+        one_laser = LidarConfig(elevation_rad=[-0.1], firing_order=[0])
+        drive = DriveConfig(duration_s=SECONDS)
+        given = {"scenario": place, "camera": SMALL, "lidar": one_laser, "drive": drive}
+        given |= {"episodes_per_place": 3, **settings}
+        return SimulationConfig(**given)  # type: ignore[arg-type]
 
     return make

@@ -1,0 +1,127 @@
+"""Many episodes of a scenario: the orchestrator of simulation."""
+
+import time
+from collections import deque
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+from navtool.datasets.errors import OutputError
+from navtool.datasets.ingest.workers import Workers, make_workers, outcome
+from navtool.datasets.lineage import code_version
+from navtool.sim.errors import SimError
+from navtool.sim.record.config import SimulationConfig
+from navtool.sim.record.episode import EPISODES_MOST, SEED_MOST, Episode, NotMade, make_episode, plan_episode
+from navtool.sim.record.output_folder import OutputFolder, open_output
+from navtool.sim.record.report import SimulationReport
+
+
+@runtime_checkable
+class Progress(Protocol):
+    """Who wants to know how far a simulation is; the command line draws it."""
+
+    def begin(self, episodes: int, duration_us: int) -> None:
+        """So many episodes are to be made, of so many microseconds in all."""
+
+    def advance(self, microseconds: int) -> None:
+        """So much more has been recorded."""
+
+    def done(self, episodes: int, name: str) -> None:
+        """So many episodes are done, this one last."""
+
+
+class Silent:
+    """Wants to know nothing."""
+
+    def begin(self, episodes: int, duration_us: int) -> None:
+        """Ignore it."""
+
+    def advance(self, microseconds: int) -> None:
+        """Ignore it."""
+
+    def done(self, episodes: int, name: str) -> None:
+        """Ignore it."""
+
+
+def simulate(
+    config: SimulationConfig,
+    out: Path,
+    episodes: int,
+    seed: int = 0,
+    *,
+    workers: int = 1,
+    progress: Progress | None = None,
+) -> SimulationReport:
+    """Write the recordings of the first so many episodes of a configuration and seed, and what each was made from.
+
+    Guarantees: an episode's bytes depend on the configuration, the seed and its number alone. A recording is there
+    whole or not; whenever a run is ended, the same call goes on with what is missing, and also with more episodes.
+
+    Args:
+        config: Scenario, robot, drive, sensors and recorder.
+        out: Folder of the recordings, a subfolder for each place; made where it is not there.
+        episodes: How many, 1 to 10,000.
+        seed: Of places, drives and noise, 0 to 100,000.
+        workers: How many processes work at the same time.
+        progress: Who wants to know how far it is.
+
+    Raises:
+        SimError: An argument is out of range, the folder holds something else or recordings of other settings, or a
+            recording cannot be written.
+    """
+    if not 1 <= episodes <= EPISODES_MOST or not 0 <= seed <= SEED_MOST or workers < 1:
+        what = f"{episodes} episodes with seed {seed} by {workers} workers"
+        cure = f"ask for 1-{EPISODES_MOST} episodes, a seed of 0-{SEED_MOST} and 1 worker or more"
+        raise SimError(what, cure=cure)
+    started = time.monotonic()
+    told = progress if progress is not None else Silent()
+    report = SimulationReport(str(out))
+    try:
+        with open_output(out, config, seed) as folder:
+            missing = deque(number for number in range(episodes) if number not in folder.episodes)
+            report.skipped = [number for number in range(episodes) if number in folder.episodes]
+            report.notes = _notes(folder)
+            told.begin(len(missing), round(len(missing) * config.drive.duration_s * 1e6))
+            with make_workers(min(workers, max(len(missing), 1)), told.advance) as pool:
+                _work(config, seed, missing, pool, min(workers, EPISODES_MOST), folder, report, told)
+    except OutputError as error:
+        raise SimError(error.what, where=error.where, cure=error.cure) from error
+    report.episodes.sort(key=lambda episode: episode.plan.number)
+    report.not_made.sort(key=lambda episode: episode.plan.number)
+    report.seconds = time.monotonic() - started
+    return report
+
+
+def _work(
+    config: SimulationConfig,
+    seed: int,
+    missing: deque[int],
+    pool: Workers,
+    at_once: int,
+    folder: OutputFolder,
+    report: SimulationReport,
+    progress: Progress,
+) -> None:
+    """Have the missing episodes made, and keep each as it is done."""
+    running: set[Future[Episode | NotMade]] = set()
+    while missing or running:
+        while missing and len(running) < at_once:
+            plan = plan_episode(config, seed, missing.popleft())
+            running.add(pool.submit(make_episode, config, plan, folder.root, folder.staging))
+        finished = {future for future in running if future.done()}
+        if not finished:
+            pool.wait(running)
+        for future in finished:
+            made = outcome(future)
+            if isinstance(made, NotMade):
+                report.not_made.append(made)
+            else:
+                folder.keep(made)
+                report.episodes.append(made)
+            progress.done(len(report.episodes) + len(report.not_made), made.plan.path)
+        running -= finished
+
+
+def _notes(folder: OutputFolder) -> list[str]:
+    others = sum(episode.code != code_version() for episode in folder.episodes.values())
+    return [f"{others} recordings were made by another version of navtool and are kept"] if others else []
