@@ -1,5 +1,6 @@
 """``navtool simulate``."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,15 +30,11 @@ def simulate(
     The bytes of a recording depend on scenario, settings, seed and its number alone. Run again, the command goes on
     with what is missing. Needs the extra sim.
     """
-    from navtool.cli.compose import UsageError, compose, print_config, refuse_unknown
+    from navtool.cli.compose import UsageError, print_config
     from navtool.cli.console import print_json
     from navtool.pipeline.errors import NavtoolError
-    from navtool.sim.record.config import SimulationConfig
 
-    for override in overrides or []:
-        if override.startswith("scenario="):
-            refuse_unknown("scenario", override.removeprefix("scenario="), "scenario")
-    config = compose("simulate", overrides or [], SimulationConfig)
+    config = simulation_config(overrides or [])
     if cfg is not None:
         print_config(config, cfg)
         return
@@ -50,15 +47,39 @@ def simulate(
         if preview is not None:
             _draw(config, report, seed, preview)
     except ModuleNotFoundError as error:
-        if error.name is None or error.name.partition(".")[0] not in _EXTRA:
+        package = (error.name or "").partition(".")[0]
+        if package not in _EXTRA:
             raise
-        raise NavtoolError(f"{error.name} is not installed", cure="pip install 'navtool[sim]'") from error
+        raise NavtoolError(f"{package} is not installed", cure="pip install 'navtool[sim]'") from error
     if as_json:
         print_json(report.to_json())
     else:
         print_simulation(report)
     if report.not_made:
         raise typer.Exit(1)
+
+
+def simulation_config(overrides: Sequence[str]) -> "SimulationConfig":
+    """The configuration that an override list gives.
+
+    Raises:
+        UsageError: There is no such scenario or robot, or another override is wrong.
+    """
+    from navtool.cli.compose import UsageError, compose, refuse_unknown
+    from navtool.sim.record.config import SimulationConfig
+    from navtool.sim.record.rig import RobotKind
+
+    robots = [override.removeprefix("robot=") for override in overrides if override.startswith("robot=")]
+    others = [override for override in overrides if not override.startswith("robot=")]
+    for override in others:
+        if override.startswith("scenario="):
+            refuse_unknown("scenario", override.removeprefix("scenario="), "scenario")
+    config = compose("simulate", others, SimulationConfig)
+    for robot in robots:  # Hydra would take it for one of the presets of ingest
+        if robot not in RobotKind.__members__:
+            raise UsageError(f"no robot is called {robot!r}", cure=f"known are {', '.join(RobotKind.__members__)}")
+        config.robot = RobotKind[robot]
+    return config
 
 
 def _run(config: "SimulationConfig", out: Path, episodes: int, seed: int, workers: int) -> "SimulationReport":

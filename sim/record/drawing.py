@@ -172,7 +172,7 @@ class PlaceMap:
         normal = world.ground.normal_at(x, y)
         shade = 1 + 0.8 * (normal @ np.array([-0.5, 0.5, 0.0]))
         pale = 255 - 0.6 * (255 - colour)
-        return np.clip(pale * shade[..., None], 0, 255).astype(np.uint8)
+        return np.asarray(np.clip(pale * shade[..., None], 0, 255), np.uint8)
 
     def _things(self, world: World) -> None:
         items = sorted(world.obstacles.items, key=lambda item: not item.pliable)

@@ -30,6 +30,7 @@ TREE = {
     "evaluate": ["source", "--data", "--split", "--out", "--json"],
     "export": ["run", "--out", "--overwrite"],
     "verify": ["artefact", "--latency-runs", "--json"],
+    "simulate": ["overrides", "--out", "--episodes", "--seed", "--workers", "--preview", "--cfg", "--json"],
     "demo": ["--out", "--seed", "--episodes", "--seconds", "--epochs"],
 }
 

@@ -1,5 +1,6 @@
 """Every configuration composes, every option stands in a dataclass, every preset is a valid robot."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,8 @@ from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.labels.config import LabelConfig
 from navtool.datasets.lineage import config_hash
 from navtool.datasets.robot import RobotConfig
+from navtool.sim.record.config import SimulationConfig
+from navtool.sim.world.scenario import load_scenario
 from navtool.train.config import TrainConfig
 
 
@@ -34,6 +37,13 @@ def test_every_robot_composes(name: str) -> None:
     robot = compose("ingest", [f"robot={name}"], IngestJob).robot
     assert isinstance(robot, RobotConfig)
     assert robot.name != RobotConfig().name
+
+
+@pytest.mark.parametrize("name", _options("scenario"))
+def test_every_scenario_composes_as_its_file_says(name: str) -> None:
+    config = compose("simulate", [f"scenario={name}"], SimulationConfig)
+    assert config.scenario == load_scenario(config_folder() / "scenario" / f"{name}.yaml")
+    assert config == replace(SimulationConfig(), scenario=config.scenario)
 
 
 @pytest.mark.parametrize("group", ["experiment", "debug"])
