@@ -81,6 +81,7 @@ def test_the_calibration_is_the_rig(ingested: Ingested) -> None:
     found, rig = NavDataset(ingested.dataset).calibration(0), RIGS[RobotKind.wheeled]
     assert found.base_height_m == pytest.approx(0.165)
     for pose, frame in ((found.base_camera, CAMERA), (found.base_lidar, LIDAR)):
+        assert pose is not None
         np.testing.assert_allclose(pose, rig.mount(frame), atol=1e-12)
     assert found.camera is not None
     expected = CALIBRATED.model()
@@ -139,7 +140,7 @@ def driven_over(points: Array, drive: Drive, until_s: float, width_m: float) -> 
 @pytest.mark.slow
 def test_labels_agree_with_the_truth_of_wheeled_drives(tiny: Callable[..., SimulationConfig], tmp_path: Path) -> None:
     config = tiny(drive=DriveConfig(duration_s=60.0, mischief=0.6))
-    report = simulate(config, tmp_path / "recordings", 4)
+    report = simulate(config, tmp_path / "recordings", 3)
     paths = [tmp_path / "recordings" / episode.plan.path for episode in report.episodes]
     ingest(paths, tmp_path / "dataset", RobotConfig(), IngestConfig(place="{parent}"))
     label_dataset(tmp_path / "dataset", LabelConfig())
@@ -151,6 +152,7 @@ def test_labels_agree_with_the_truth_of_wheeled_drives(tiny: Callable[..., Simul
         for failure in episode.failures:
             begin, end = (episode.plan.start_ns + round(s * 1e9) for s in (failure.start_s, failure.end_s))
             true |= (stamps >= begin) & (stamps <= end)
-    raise AssertionError(
-        (true.mean(), failed.mean(), (true & failed).sum() / true.sum(), (true & failed).sum() / failed.sum())
-    )
+    found, real = (true & failed).sum() / true.sum(), (true & failed).sum() / failed.sum()
+    assert 0.02 < true.mean() < 0.6
+    assert found > 0.5, "labels find most of what went wrong"
+    assert real > 0.5, "and most of what they find did"
