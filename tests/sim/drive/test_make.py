@@ -7,12 +7,14 @@ import pytest
 
 from navtool.configs.schema import config_folder
 from navtool.pipeline.arrays import Array
+from navtool.pipeline.geometry.transforms import rpy_from_transform
 from navtool.sim.drive.config import DriveConfig, DriverKind, PoseConfig
 from navtool.sim.drive.drive import Drive
 from navtool.sim.drive.failure import FailureKind
 from navtool.sim.drive.make import roll_out
 from navtool.sim.drive.script import Order, Waypoint
 from navtool.sim.errors import SimError
+from navtool.sim.wheeled.config import BASE_HEIGHT_M
 from navtool.sim.wheeled.robot import WheeledRobot
 from navtool.sim.world.obstacle import Obstacles
 from navtool.sim.world.place import World
@@ -26,7 +28,10 @@ def outside(drive: Drive, obstacles: Obstacles) -> float:
     rim: Array = np.array([(x, y) for x in np.linspace(-0.495, 0.495, 12) for y in (-0.335, 0.335)])
     rim = np.concatenate([rim, [(x, y) for x in (-0.495, 0.495) for y in np.linspace(-0.335, 0.335, 8)]])
     pose = drive.pose(drive.time_s[::10])
-    points = np.einsum("nij,kj->nki", pose[:, :2, :2], rim) + pose[:, None, :2, 3]
+    middle = pose[:, :2, 3] - BASE_HEIGHT_M * pose[:, :2, 2]  # on the ground: base_link leans with the robot
+    yaw = rpy_from_transform(pose)[:, 2]
+    level = np.stack([np.stack([np.cos(yaw), -np.sin(yaw)], -1), np.stack([np.sin(yaw), np.cos(yaw)], -1)], 1)
+    points = np.einsum("nij,kj->nki", level, rim) + middle[:, None]
     return float(obstacles.only(pliable=False).clearance(points[..., 0], points[..., 1]).min())
 
 
@@ -35,7 +40,7 @@ def survey(places: Places, name: str, seeds: range, duration_s: float) -> list[D
     for seed in seeds:
         world = places(name, seed // 4)
         drives.append(roll_out(WheeledRobot(world), world, DriveConfig(duration_s=duration_s), seed))
-        assert outside(drives[-1], world.obstacles) > -0.01, seed
+        assert outside(drives[-1], world.obstacles) >= 0.0, seed
         room = world.config.room
         if room is not None:
             x, y = np.abs(drives[-1].position_m[:, :2]).max(axis=0)
@@ -55,7 +60,7 @@ def test_random_drives_fail_and_succeed(scenario_world: Places) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_in_every_scenario_some_drives_fail_and_some_do_not(name: str, scenario_world: Places) -> None:
-    drives = survey(scenario_world, name, range(16), 60.0)
+    drives = survey(scenario_world, name, range(12), 60.0)
     failing = sum(bool(drive.failures) for drive in drives)
     assert 0 < failing < len(drives)
     assert np.mean([drive.failed_share for drive in drives]) < 0.5
@@ -86,6 +91,7 @@ def test_random_drives_vary_their_speed_and_turn_within_their_limits(scenario_wo
     assert command[:, 1].min() < -0.1 < 0.1 < command[:, 1].max()
 
 
+@pytest.mark.slow
 def test_a_careless_driver_gets_into_more_trouble(scenario_world: Places) -> None:
     world = scenario_world("graspe_1", 0)
     robot = WheeledRobot(world)
@@ -98,6 +104,7 @@ def test_a_careless_driver_gets_into_more_trouble(scenario_world: Places) -> Non
     assert careful < 0.05 < careless
 
 
+@pytest.mark.slow
 def test_the_operator_frees_what_tall_grass_holds(scenario_world: Places) -> None:
     world = scenario_world("graspe_3", 0)
     robot = WheeledRobot(world)

@@ -1,6 +1,7 @@
 """Energy and resistance: what is drawn is work and losses, and more resistance takes more."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,11 +14,12 @@ from navtool.sim.world.kinds import KINDS, Spot
 from navtool.sim.world.mesh import TriangleMesh
 from navtool.sim.world.place import World, make_world
 from navtool.sim.world.scenario import Scatter, ScenarioConfig
-from navtool.sim.world.surfaces import GROUND, surface_number
+from navtool.sim.world.surfaces import GROUND, SURFACES, surface_number
 
 Place = Callable[..., World]
 Run = Callable[..., WheeledRobot]
 FROM, TO = 300, 900
+GRASS = SURFACES[surface_number("tall_grass")]
 
 
 def energy_j(robot: WheeledRobot) -> float:
@@ -114,6 +116,15 @@ def test_dense_grass_holds_it_and_thin_grass_only_slows_it(place: Place, run: Ru
     freed = through(patch(0.9, density=4), freed=True)
     assert freed[0] == pytest.approx(bare[0], abs=0.3)
     assert not freed[1]
+
+
+def test_grass_as_dense_as_its_surface_says_holds_it_after_about_three_metres(place: Place, run: Run) -> None:
+    world = place("grass")
+    drag = world.ground.drag_per_m.copy()
+    drag[:, 120:] += GRASS.drag_per_m
+    field = replace(world, ground=replace(world.ground, drag_per_m=drag))
+    reached = float(run(field, (9.0, 0.6, 0.0), start=(-0.6, 0.0, 0.0)).samples().ground_m[-1, 0])
+    assert 2.3 < reached < 4.0
 
 
 def test_grass_drags_most_where_patches_overlap() -> None:
