@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from omegaconf import OmegaConf
 
 from navtool.configs.schema import config_folder
 from navtool.pipeline.arrays import Array
@@ -174,3 +175,10 @@ def test_wrong_settings_name_themselves(wrong: dict[str, object], what: str) -> 
         DriveConfig(**wrong)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="0 s"):
         Order(duration_s=0.0)
+
+
+def test_settings_come_through_structured_configs() -> None:
+    given = {"driver": "script", "orders": [{"duration_s": 2.0, "speed_mps": 0.5}], "start": {"x_m": 1.0}}
+    made = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(DriveConfig), OmegaConf.create(given)))
+    order = Order(duration_s=2.0, speed_mps=0.5)
+    assert made == DriveConfig(driver=DriverKind.script, orders=[order], start=PoseConfig(x_m=1.0))
