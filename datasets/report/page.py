@@ -1,6 +1,5 @@
-"""The page: one HTML file with everything inside, no script and no reference to anything else."""
+"""The page of a recording."""
 
-import base64
 from html import escape
 from pathlib import Path
 
@@ -8,23 +7,9 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from navtool.datasets.inspect import Inspection, TopicReport
+from navtool.datasets.report.html import html_figure, html_page
 from navtool.datasets.report.samples import Cloud, Samples
 from navtool.pipeline.arrays import Array
-
-_STYLE = """
-:root{--ink:#1f2328;--dim:#656d76;--ground:#fff;--lane:#eef1f4;--line:#d0d7de;--bar:#2f81b7;--bad:#c9354b}
-@media(prefers-color-scheme:dark){:root{--ink:#e6edf3;--dim:#9198a1;--ground:#0d1117;--lane:#1c222b;--line:#30363d;
---bar:#58a6ff;--bad:#ff7b72}}
-body{font:15px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--ground);max-width:1080px;margin:2rem auto;
-padding:0 1rem}h1{font-size:1.4rem;overflow-wrap:anywhere}h2{font-size:1.1rem;margin:2rem 0 .6rem}
-table{border-collapse:collapse;width:100%;font-size:.9rem}td,th{padding:.25rem .6rem;border-bottom:1px solid
-var(--line);text-align:left;vertical-align:top}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
-.wide{overflow-x:auto}.dim{color:var(--dim)}.bad{color:var(--bad)}.row{display:flex;flex-wrap:wrap;gap:1rem}
-figure{margin:0}figcaption{font-size:.85rem;color:var(--dim)}img{max-width:100%;border-radius:4px}
-svg text{font:11px system-ui,sans-serif;fill:var(--ink)}svg .dim{fill:var(--dim)}svg .lane{fill:var(--lane)}
-svg .bar{fill:var(--bar)}svg .path{fill:none;stroke:var(--bar);stroke-width:2}svg .scale{stroke:var(--ink)}
-code{overflow-wrap:anywhere}
-"""
 
 
 def recording_page(inspection: Inspection, samples: Samples) -> str:
@@ -36,10 +21,7 @@ def recording_page(inspection: Inspection, samples: Samples) -> str:
         f"{sum(topic.count > 0 for topic in inspection.topics)} topics"
     )
     parts = [
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width,initial-scale=1">',
-        f"<title>{escape(name)}</title><style>{_STYLE}</style></head><body>",
-        f"<h1>{escape(name)}</h1><p>{escape(facts)}</p>",
+        f"<p>{escape(facts)}</p>",
         *(f'<p class="bad">{escape(fault)}</p>' for fault in (*inspection.faults, *dict.fromkeys(samples.faults))),
         "<h2>Streams</h2>",
         _streams(inspection),
@@ -49,13 +31,13 @@ def recording_page(inspection: Inspection, samples: Samples) -> str:
         _topics(inspection),
     ]
     if samples.frames:
-        figures = (_figure(frame.jpeg, "jpeg", f"{frame.at_s:.1f} s") for frame in samples.frames)
+        figures = (html_figure(frame.jpeg, "jpeg", f"{frame.at_s:.1f} s") for frame in samples.frames)
         parts += ["<h2>Front camera</h2>", f'<div class="row">{"".join(figures)}</div>']
     if samples.cloud is not None:
         parts += ["<h2>LiDAR</h2>", _cloud(samples.cloud)]
     if len(samples.path) > 1:
         parts += ["<h2>Path driven</h2>", _path(samples.path), "<h2>Speed along it</h2>", _speed(samples.path)]
-    return "\n".join([*parts, "</body></html>\n"])
+    return html_page(name, parts)
 
 
 def _streams(inspection: Inspection) -> str:
@@ -134,14 +116,9 @@ def _timeline(density: dict[str, Int64[Array, " bins"]], seconds: float) -> str:
     return "".join([*parts, "</svg></div>"])
 
 
-def _figure(content: bytes, kind: str, caption: str) -> str:
-    source = f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
-    return f'<figure><img src="{source}" alt="{escape(caption)}"><figcaption>{escape(caption)}</figcaption></figure>'
-
-
 def _cloud(cloud: Cloud) -> str:
-    above = _figure(cloud.above, "png", f"{cloud.points} points at {cloud.at_s:.1f} s from above, x up, 60 m wide")
-    side = _figure(cloud.side, "png", "from the side, x to the right; colour is intensity, or height without it")
+    above = html_figure(cloud.above, "png", f"{cloud.points} points at {cloud.at_s:.1f} s from above, x up, 60 m wide")
+    side = html_figure(cloud.side, "png", "from the side, x to the right; colour is intensity, or height without it")
     return f'<div class="row">{above}{side}</div>'
 
 
