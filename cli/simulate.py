@@ -1,6 +1,7 @@
 """``navtool simulate``."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ if TYPE_CHECKING:
     from navtool.sim.record.config import SimulationConfig
     from navtool.sim.record.report import SimulationReport
 
-_EXTRA = ("embreex", "mujoco", "trimesh")
+_EXTRA = ("embreex", "mujoco")
 
 
 def simulate(
@@ -32,7 +33,6 @@ def simulate(
     """
     from navtool.cli.compose import UsageError, print_config
     from navtool.cli.console import print_json
-    from navtool.pipeline.errors import NavtoolError
 
     config = simulation_config(overrides or [])
     if cfg is not None:
@@ -42,15 +42,10 @@ def simulate(
         raise UsageError("no folder was named", where="simulate", cure="pass --out FOLDER")
     if preview is not None and preview.suffix != ".png":
         raise UsageError("is not the name of a PNG", where=preview, cure="end --preview in .png")
-    try:
-        report = _run(config, out, episodes, seed, workers)
+    with needs_sim():
+        report = run_simulation(config, out, episodes, seed, workers)
         if preview is not None:
             _draw(config, report, seed, preview)
-    except ModuleNotFoundError as error:
-        package = (error.name or "").partition(".")[0]
-        if package not in _EXTRA:
-            raise
-        raise NavtoolError(f"{package} is not installed", cure="pip install 'navtool[sim]'") from error
     if as_json:
         print_json(report.to_json())
     else:
@@ -82,7 +77,22 @@ def simulation_config(overrides: Sequence[str]) -> "SimulationConfig":
     return config
 
 
-def _run(config: "SimulationConfig", out: Path, episodes: int, seed: int, workers: int) -> "SimulationReport":
+@contextmanager
+def needs_sim() -> Iterator[None]:
+    """Say which extra brings a library that is not installed."""
+    from navtool.pipeline.errors import NavtoolError
+
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package not in _EXTRA:
+            raise
+        raise NavtoolError(f"{package} is not installed", cure="pip install 'navtool[sim]'") from error
+
+
+def run_simulation(config: "SimulationConfig", out: Path, episodes: int, seed: int, workers: int) -> "SimulationReport":
+    """Simulate with progress on the terminal."""
     from navtool.cli.progress import SimulationProgress
     from navtool.sim.record.simulate import simulate as run
 
