@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from arc_drive import arc_drive
 
+from navtool.configs.schema import config_folder
 from navtool.datasets.check import check_dataset
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
@@ -31,7 +32,7 @@ from navtool.sim.record.simulate import simulate
 from navtool.sim.record.stage import make_stage
 from navtool.sim.record.streams import START_NS, TOPICS
 from navtool.sim.sensors.camera import Camera
-from navtool.sim.world.scenario import ScenarioConfig
+from navtool.sim.world.scenario import ScenarioConfig, load_scenario
 from navtool.sim.world.surfaces import surface_number
 
 SECONDS = 4.0
@@ -138,9 +139,10 @@ def driven_over(points: Array, drive: Drive, until_s: float, width_m: float) -> 
 
 
 @pytest.mark.slow
-def test_labels_agree_with_the_truth_of_wheeled_drives(tiny: Callable[..., SimulationConfig], tmp_path: Path) -> None:
-    config = tiny(drive=DriveConfig(duration_s=60.0, mischief=0.6))
-    report = simulate(config, tmp_path / "recordings", 3)
+def test_what_labels_call_failed_went_wrong(tiny: Callable[..., SimulationConfig], tmp_path: Path) -> None:
+    demo = load_scenario(config_folder() / "scenario" / "demo.yaml")
+    config = tiny(scenario=demo, drive=DriveConfig(duration_s=40.0, mischief=0.8))
+    report = simulate(config, tmp_path / "recordings", 2)
     paths = [tmp_path / "recordings" / episode.plan.path for episode in report.episodes]
     ingest(paths, tmp_path / "dataset", RobotConfig(), IngestConfig(place="{parent}"))
     label_dataset(tmp_path / "dataset", LabelConfig())
@@ -152,7 +154,6 @@ def test_labels_agree_with_the_truth_of_wheeled_drives(tiny: Callable[..., Simul
         for failure in episode.failures:
             begin, end = (episode.plan.start_ns + round(s * 1e9) for s in (failure.start_s, failure.end_s))
             true |= (stamps >= begin) & (stamps <= end)
-    found, real = (true & failed).sum() / true.sum(), (true & failed).sum() / failed.sum()
-    assert 0.02 < true.mean() < 0.6
-    assert found > 0.5, "labels find most of what went wrong"
-    assert real > 0.5, "and most of what they find did"
+    assert true.any(), "something went wrong"
+    assert failed.any(), "and labels found some of it"
+    assert (true & failed).sum() > 0.8 * failed.sum(), "labels may be late in ending, but are not made up"
