@@ -16,6 +16,7 @@ from navtool.sim.legged.gaits import Gait
 from navtool.sim.legged.leg_kinematics import joints_for_foot
 from navtool.sim.legged.stance import ground_forces
 from navtool.sim.legged.stepping import LegMode, Stepping
+from navtool.sim.legged.support_margin import inward
 from navtool.sim.legged.support_plane import SupportPlane
 
 _KP, _SWING_KD = 220.0, 7.0
@@ -23,6 +24,8 @@ _STANCE_KD, _LOST_KD = 0.4, 7.0
 """Damping of a leg that carries, and of one that lost the ground it carried on: it goes after it, but not wildly."""
 _TOP_RATE_RADPS, _TOP_RADPS2 = 12.0, 200.0
 _PLANE_LAG_S = 0.25
+_SOON_S = 0.1
+"""The body is kept inside its feet where it will be after this time: the middle of a step."""
 _PRESS_M = 0.005
 """A foot is aimed this far below the expected ground, to meet it in time."""
 _HIPS = HIPS_M.tolist()
@@ -126,14 +129,23 @@ class Controller:
         return abs(speed) > 0.01 or abs(turn) > 0.01 or math.hypot(*body.velocity_mps[:2]) > self._config.push_mps
 
     def _sway(self, body: BodyMotion) -> Sway:
-        """Return how the body moves over its feet: to the side as it walks, and to their middle while it stands."""
+        """Return how the body moves over its feet.
+
+        To their middle while it stands; to the side as it walks, and, where the gait asks for a margin, away from the
+        edge that it would tip over.
+        """
         x = 0.25 * sum(foot[0] for foot in self._stood_m) - body.centre_m[0]
         y = 0.25 * sum(foot[1] for foot in self._stood_m) - body.centre_m[1]
         ahead, left = body.ahead_left(x, y)
         if not self.stepping.walking:
             return Sway(ahead, left, 0.0, 0.0)
-        place, speed, acceleration = self.stepping.gait.sway(self.stepping.phase)
-        return Sway(0.0, left + place, speed, acceleration)
+        gait, leg = self.stepping.gait, self.stepping.stepping_leg()
+        place, speed, acceleration = gait.sway(self.stepping.phase)
+        if gait.margin_m == 0.0 or leg is None:
+            return Sway(0.0, left + place, speed, acceleration)
+        soon = [at + _SOON_S * rate for at, rate in zip(body.centre_m, body.velocity_mps, strict=True)]
+        ahead, inner = body.ahead_left(*inward(self._stood_m, leg, (soon[0], soon[1]), gait.margin_m))
+        return Sway(ahead, left + place + inner, speed, acceleration)
 
     def _told(self, body: BodyMotion, touching: list[bool]) -> tuple[JointCommand, Float64[Array, "12"]]:
         """Return what legs in the air do, and the joints' accelerations that it takes."""

@@ -38,6 +38,9 @@ class Gait:
     """Commands are limited to this."""
     sway_m: float
     """How far the body leans to the side while the feet of the other side step; 0 or more."""
+    margin_m: float = 0.0
+    """How far inside its other three feet the body is kept when one steps, 0 or more; 0 lets it fall towards the
+    stepping foot, as gaits with two feet in the air have to."""
 
     def __post_init__(self) -> None:
         if self.period_s <= 0 or not 0.0 < self.duty < 1.0:
@@ -89,6 +92,7 @@ GAITS = {
         step_height_m=0.11,
         top_speed_mps=0.35,
         sway_m=0.045,
+        margin_m=0.06,
     ),
     GaitName.AMBLE: Gait(
         name=GaitName.AMBLE,

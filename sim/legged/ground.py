@@ -14,6 +14,10 @@ from navtool.sim.legged.terrain import Terrain
 SOLE_NPM, SOLE_NSPM = 60_000.0, 400.0
 """Stiffness and damping of a foot's own sole, in series with the ground's. Chosen: the robot's whole weight on one
 foot presses it in by 5 mm."""
+_FEET, _BODY = slice(0, 4), slice(4, PROBES)
+_BODY_EVERY, _NEAR_M = 5, 0.08
+"""Knees and trunk, which meet the ground in falls alone, are looked after every fifth tick while they are further than
+this above it: further than they can come down in that time."""
 _STOPS_HZ = 0.9 / STEP_S
 """Damping that nearly stops a foot within a physics step; more would throw it back."""
 _LIMB_M, _TRUNK_M = 0.33, 0.85
@@ -51,29 +55,45 @@ class Ground:
         self._per_kg = (1 - IMPEDANCE) * model.body_invweight0[bodies, 0]
         self._limb_per_kg: list[float] = model.body_invweight0[:, 0].tolist()
         self._jacobian = np.zeros((3, model.nv))
+        self._grip, self._ticks = np.zeros((PROBES, 5)), 0
+        self._cover_top_m, self._low_m, self._depth_m = np.zeros((3, PROBES))
+
+    def reset(self, data: mujoco.MjData) -> None:
+        """Lay all planes anew."""
+        self._ticks = 0
+        self.lay(data)
 
     def lay(self, data: mujoco.MjData) -> None:
-        """Put each plane where the ball above it will meet the ground, as grippy and as soft as the ground is there.
+        """Put each plane where the ball above it will meet the ground, as grippy and as soft as the ground is there."""
+        if self._ticks > 0:
+            self._lay(data, _FEET)
+        else:
+            self._lay(data, slice(0, PROBES))
+            self._ticks = 1 if self._depth_m[_BODY].max() > -_NEAR_M else _BODY_EVERY
+        self._ticks -= 1
+
+    def _lay(self, data: mujoco.MjData, part: slice) -> None:
+        """Lay some of the planes.
 
         MuJoCo's contact force is -(K r + C v + M a): K = -solref[0] / ((1 - d) w), C likewise from solref[1], and M =
         d / ((1 - d) w) a mass that moves with the foot, where d is the impedance and w the body's inverse weight.
         """
-        centre = self._centre_m = data.geom_xpos[self._probes]
-        point, normal, grip = self._terrain.contact(centre, PROBE_RADIUS_M)
-        data.mocap_pos[:] = point
-        quaternion = data.mocap_quat
+        centre, radius = data.geom_xpos[self._probes[part]], PROBE_RADIUS_M[part]
+        point, normal, grip = self._terrain.contact(centre, radius)
+        data.mocap_pos[part] = point
+        quaternion = data.mocap_quat[part]
         quaternion[:, 0] = 1.0 + normal[:, 2]
         quaternion[:, 1] = -normal[:, 1]
         quaternion[:, 2] = normal[:, 0]
         quaternion /= np.sqrt(2.0 * quaternion[:, :1])
-        model = self._model
+        model, per_kg = self._model, self._per_kg[part]
         stiffness = 1.0 / (1.0 / grip[:, 1] + 1.0 / SOLE_NPM)
-        model.pair_friction[:, :2] = grip[:, :1]
-        model.pair_solref[:, 0] = -self._per_kg * stiffness
-        damping = self._per_kg * (grip[:, 2] + SOLE_NSPM / SOLE_NPM * stiffness)
-        model.pair_solref[:, 1] = -np.minimum(damping, _STOPS_HZ)
-        self._grip, self._ground_m = grip, point[:, 2]
-        self._depth_m = PROBE_RADIUS_M - ((centre - point) * normal).sum(axis=1)
+        model.pair_friction[part, :2] = grip[:, :1]
+        model.pair_solref[part, 0] = -per_kg * stiffness
+        model.pair_solref[part, 1] = -np.minimum(per_kg * (grip[:, 2] + SOLE_NSPM / SOLE_NPM * stiffness), _STOPS_HZ)
+        self._grip[part], self._cover_top_m[part] = grip, point[:, 2] + grip[:, 4]
+        self._low_m[part] = centre[:, 2] - radius
+        self._depth_m[part] = radius - ((centre - point) * normal).sum(axis=1)
 
     def reaches(self, probes: slice) -> bool:
         """Return whether some of the balls touch the ground, as of the last `lay`."""
@@ -93,7 +113,7 @@ class Ground:
         data.xfrc_applied[self._limbs, :3] = 0.0
         if freed or not cover.any():
             return 0.0
-        depth = self._ground_m + cover - self._centre_m[:, 2] + PROBE_RADIUS_M
+        depth = self._cover_top_m - self._low_m
         total = 0.0
         for limb, deep, drag in zip(self._limbs, depth[:9].tolist(), self._grip[:9, 3].tolist(), strict=True):
             length, height = (_TRUNK_M, 2.0 * PROBE_RADIUS_M[8]) if limb == self._trunk else (_LIMB_M, _LIMB_M)

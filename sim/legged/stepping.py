@@ -11,6 +11,10 @@ _EARLY = 0.6
 _CAUGHT = 0.25
 """From this share of a step on, what a foot meets is an obstacle; before it, the foot has not left its print yet."""
 _LIFT_M, _MOST_LIFT_M = 0.02, 0.14
+_ROUGH = 0.85
+"""A foot that meets the ground before this share of its step has met a rise that nobody knew of."""
+_CAUTION_M, _CAUTION_S = 0.04, 6.0
+"""After such a step feet are lifted by up to this much more, which fades with this time constant."""
 _HAND_ON_S = 0.04
 """How long a foot takes to take up its load and to hand it on."""
 _LEAST_TRUST = 1e-3
@@ -31,7 +35,8 @@ class Stepping:
     """Moves the legs through the gait's table.
 
     A foot that meets the ground early stands; one that does not find it reaches down until it does; one that is
-    caught in the middle of its step is lifted higher, and the stumble is counted.
+    caught in the middle of its step is lifted higher, and the stumble is counted. After early and caught feet all
+    feet are lifted higher for a while: where one stone is, there are more.
     """
 
     def __init__(self, gait: Gait, config: ControllerConfig) -> None:
@@ -42,6 +47,7 @@ class Stepping:
         self.modes = [LegMode.STANCE] * 4
         self.stumbles = 0
         """Steps that were caught on something so far."""
+        self._caution = 0.0
         self.swings = [Swing((0.0, 0.0, 0.0), 0.0) for _ in range(4)]
         self.reach = [(0.0, 0.0, 0.0)] * 4
         """Where each foot that reaches feels for the ground, world frame."""
@@ -54,6 +60,7 @@ class Stepping:
             touching: Whether each presses against something.
             wanted: Whether the robot is to walk; if not, it stops once all feet stand.
         """
+        self._caution *= 1.0 - CONTROL_S / _CAUTION_S
         if self.walking:
             self.phase = (self.phase + CONTROL_S / self.gait.period_s) % 1.0
         elif wanted:
@@ -67,9 +74,17 @@ class Stepping:
             elif mode is LegMode.REACH or (self.walking and wanted and not self.swings[leg].landed):
                 self.modes[leg] = LegMode.SWING
                 x, y, z = feet_m[leg]
-                self.swings[leg] = Swing((x, y, z), self.gait.step_height_m)
+                self.swings[leg] = Swing((x, y, z), self.gait.step_height_m + _CAUTION_M * self._caution)
         if self.walking and not wanted and all(mode is LegMode.STANCE for mode in self.modes):
             self.walking = False
+
+    def stepping_leg(self) -> int | None:
+        """Return the only leg in the air, or the next to step if all stand; None if more are in the air."""
+        air = [leg for leg, mode in enumerate(self.modes) if mode is not LegMode.STANCE]
+        if len(air) > 1:
+            return None
+        gait = self.gait
+        return air[0] if air else min(range(4), key=lambda leg: (gait.offsets[leg] + gait.duty - self.phase) % 1.0)
 
     def share(self, leg: int) -> float | None:
         """Return how far the table has a leg's step, 0-1, or None while it has the foot on the ground."""
@@ -108,7 +123,10 @@ class Stepping:
         if touch and share > _EARLY:
             self.modes[leg] = LegMode.STANCE
             swing.landed = True
+            if share < _ROUGH:
+                self._caution = min(1.0, self._caution + 0.5)
         elif touch and share > _CAUGHT:
             self.stumbles += not swing.caught
             swing.caught = True
+            self._caution = 1.0
             swing.height_m = min(swing.height_m + _LIFT_M, self.gait.step_height_m + _MOST_LIFT_M)
