@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from navtool.sim.errors import SimError
-from navtool.sim.legged.body import FOOT_RADIUS_M, STEP_S, torque_limit
+from navtool.sim.legged.body import FOOT_RADIUS_M, PROBE_RADIUS_M, PROBES, STEP_S, TRUNK_PROBES, torque_limit
 from navtool.sim.legged.footings import Patch, concrete, rocks
 from navtool.sim.legged.gaits import GAITS, GaitName
 from navtool.sim.legged.ground import SOLE_NPM
@@ -159,6 +159,21 @@ def test_physics_that_diverge_are_not_taken_for_a_drive(tmp_path: Path, monkeypa
     robot._data.qvel[:] = 1e12
     with pytest.raises(SimError, match=r"0\.02\d s after the reset: the physics diverged"):
         robot.step(0.0, 0.0)
+
+
+def test_what_touches_the_ground_meets_it_where_it_is_now() -> None:
+    robot = LeggedRobot(rocks(2))
+    robot._fallen = True  # its motors are off: knees and trunk come down
+    touched = np.zeros(PROBES, bool)
+    for _ in range(500):
+        centre = robot._data.geom_xpos[robot._ground._probes].copy()
+        robot.step(0.0, 0.0)
+        contact = robot.terrain.contact(centre, PROBE_RADIUS_M)
+        deep = ((centre - contact.point_m) * contact.normal).sum(axis=1) < PROBE_RADIUS_M
+        assert np.array_equal(robot._data.mocap_pos[deep], contact.point_m[deep])
+        touched |= deep
+    assert touched[4:8].any()
+    assert touched[TRUNK_PROBES].any()
 
 
 def test_slippery_ground_makes_feet_slide() -> None:

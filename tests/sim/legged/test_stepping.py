@@ -75,6 +75,24 @@ def test_a_foot_that_is_caught_is_lifted_and_counted_once_a_step() -> None:
     assert legs.modes[0] is LegMode.SWING
 
 
+def test_after_a_foot_was_caught_all_feet_are_lifted_higher_for_a_while() -> None:
+    legs = stepping()
+    until_swing(legs, 0)
+    while (legs.share(0) or 0.0) < 0.5:
+        legs.advance(FEET, [True] * 4, wanted=True)
+    heights = []
+    for _ in range(20):
+        for leg in (3, 1, 2, 0):
+            while legs.modes[leg] is LegMode.SWING:
+                legs.advance(FEET, [legs.share(foot) is None for foot in range(4)], wanted=True)
+            until_swing(legs, leg)
+            heights.append(legs.swings[leg].height_m)
+    usual = GAITS[GaitName.CRAWL].step_height_m
+    assert heights[0] > usual + 0.03
+    assert heights[-1] == pytest.approx(usual, abs=0.002)
+    assert heights == sorted(heights, reverse=True)
+
+
 def test_it_stops_once_all_feet_stand() -> None:
     legs = stepping(GaitName.TROT)
     until_swing(legs, 1)
