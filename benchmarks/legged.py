@@ -23,7 +23,7 @@ from navtool.sim.legged.gaits import GaitName
 from navtool.sim.legged.proprioception import BATTERY_EVERY, IMU_EVERY
 from navtool.sim.legged.robot import LeggedRobot
 from navtool.sim.legged.track import LeggedTrack, track_of
-from navtool.sim.legged.vibration import imu_energy, vibration_rms
+from navtool.sim.legged.vibration import vibration_rms
 from navtool.sim.legged.world_footing import WorldFooting
 from navtool.sim.world.place import make_world
 from navtool.sim.world.scenario import Scatter, ScenarioConfig
@@ -53,7 +53,6 @@ class Walk:
 
     went_m: float
     vibration_mps2: float
-    energy_per_m: float
     current_a: float
     stumbles: int
     fell: bool
@@ -68,7 +67,7 @@ class Group(NamedTuple):
     walks: list[Walk]
 
     def mean(self, what: str) -> float:
-        """The mean over the walks of one of their figures."""
+        """The mean over the walks of one of their figures; not a number where a walk was too short for it."""
         return statistics.mean(float(getattr(walk, what)) for walk in self.walks)
 
     @property
@@ -129,7 +128,6 @@ def figures(track: LeggedTrack, real_time: float) -> Walk:
     return Walk(
         went_m=went,
         vibration_mps2=vibration_rms(imu, imu_hz) if len(imu) > 2 * imu_hz else float("nan"),
-        energy_per_m=imu_energy(imu) / max(went, 1.0),
         current_a=float(-battery.mean()) if len(battery) else float("nan"),
         stumbles=sum(failure.kind is FailureKind.stumble for failure in track.failures),
         fell=bool(fallen.any()),
@@ -147,7 +145,9 @@ def rows(groups: list[Group]) -> Iterator[Row]:
             label = f"{gait.value}: least rise of {name} from {' to '.join(ORDERED)}"
             yield Row(what=label, ours=rises, unit="times", bar=1.0, holds=rises > 1.0)
     trot, crawl = (
-        statistics.mean(group.mean("vibration_mps2") for group in groups if group.gait is gait)
+        statistics.mean(
+            group.mean("vibration_mps2") for group in groups if group.gait is gait and group.ground in ORDERED
+        )
         for gait in (GaitName.TROT, GaitName.CRAWL)
     )
     yield Row(what="trot's vibration over the crawl's", ours=trot / crawl, unit="times", bar=1.0, holds=trot > crawl)
@@ -190,14 +190,14 @@ def write_page(surfaces: list[Group], beds: list[Group], metres: float) -> None:
         "",
         about,
         "",
-        "| ground | gait | vibration, m/s2 rms | current, A | IMU energy a metre | stumbles | falls | real time |",
-        "|---|---|---|---|---|---|---|---|",
+        "| ground | gait | vibration, m/s2 rms | current, A | stumbles | falls | real time |",
+        "|---|---|---|---|---|---|---|",
     ]
     for group in [*surfaces, *beds]:
         real_time = statistics.median(walk.real_time for walk in group.walks)
         lines.append(
             f"| {group.ground.replace('_', ' ')} | {group.gait.value} | {group.mean('vibration_mps2'):.2f}"
-            f" | {group.mean('current_a'):.2f} | {group.mean('energy_per_m'):.0f} | {group.mean('stumbles'):.1f}"
+            f" | {group.mean('current_a'):.2f} | {group.mean('stumbles'):.1f}"
             f" | {group.falls} of {len(group.walks)} | {real_time:.1f} x |"
         )
     lines += ["", f"Measured on {machine()['processor']}.", ""]
