@@ -12,13 +12,18 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 
-from navtool.sim import lidar
-from navtool.sim.messages import MessageFactory
-from navtool.sim.render import Camera, Exposure
-from navtool.sim.rig import camera_model, mount
-from navtool.sim.scene import make_scene
-from navtool.sim.track import drive
+from navtool.pipeline.geometry.transforms import quaternion_from_rpy, transform_from_xyz_rpy
+from navtool.sim.record.messages import MessageFactory
+from navtool.sim.record.recorder_config import CameraSetup
+from navtool.sim.record.rig import CAMERA, LIDAR, ODOM, RIGS, RobotKind
+from navtool.sim.record.stage import make_stage
+from navtool.sim.sensors.camera import Camera
+from navtool.sim.sensors.lidar import Lidar, Scan
+from navtool.sim.world.scenario import load_scenario
 
+SCENARIO = Path(__file__).parents[1] / "configs" / "scenario" / "demo.yaml"
+CAMERA_MODEL = CameraSetup(width=640, height=480, distortion=[]).model()
+WHEELS = ("front_left_wheel", "front_right_wheel", "rear_left_wheel", "rear_right_wheel")
 CONTAINERS = ("ros1", "mcap", "db3")
 START_NS = 1_760_000_000_000_000_000
 TICK_NS = 100_000_000
@@ -47,7 +52,7 @@ def write_bag(folder: Path, container: str, size: float, *, seed: int = 0, name:
     frames, clouds = sights()
     written, tick = 0, 0
     with _writer(folder, container, name, factory) as (path, write):
-        write("/tf_static", START_NS, factory.static_transforms(START_NS))
+        write("/tf_static", START_NS, factory.mounts(START_NS, RIGS[RobotKind.wheeled].mounts))
         while written < size:
             for topic, stamp_ns, data in _tick(factory, frames[tick % POOL], clouds[tick % POOL], tick, seed):
                 write(topic, stamp_ns, data)
@@ -57,13 +62,13 @@ def write_bag(folder: Path, container: str, size: float, *, seed: int = 0, name:
 
 
 def _tick(
-    factory: MessageFactory, frame: NDArray[np.uint8], cloud: lidar.Scan, tick: int, seed: int
+    factory: MessageFactory, frame: NDArray[np.uint8], cloud: Scan, tick: int, seed: int
 ) -> Iterator[tuple[str, int, bytes]]:
     """One tenth of a second, in the order of record."""
     start = START_NS + seed * 10**15 + tick * TICK_NS
     messages = [
-        ("/camera/image_raw/compressed", start + 5_000_000, factory.image(start, frame, 90)),
-        ("/camera/camera_info", start + 5_100_000, factory.camera_info(start, camera_model(640))),
+        ("/camera/image_raw/compressed", start + 5_000_000, factory.jpeg(start, frame, 90)),
+        ("/camera/camera_info", start + 5_100_000, factory.camera_info(start, CAMERA_MODEL)),
         ("/velodyne_points", start + 9_000_000, factory.cloud(start + 3_000_000, cloud)),
     ]
     for topic, rate in SMALL_HZ.items():
@@ -77,47 +82,56 @@ def _small(factory: MessageFactory, topic: str, stamp: int, time_s: float) -> by
     wave = np.sin(time_s + np.arange(12.0))
     match topic:
         case "/odom":
-            return factory.odometry(stamp, np.array([0.8 * time_s, wave[0], 0.1 * wave[1], 0.8, 0.1 * wave[2]]))
+            position, turned = np.array([0.8 * time_s, wave[0], 0.0]), np.array([0.0, 0.0, 0.1 * wave[1]])
+            velocity = np.array([0.8, 0.0, 0.0, 0.0, 0.0, 0.1 * wave[2]])
+            return factory.odometry(stamp, ODOM, position, quaternion_from_rpy(turned), velocity)
         case "/imu/data":
             return factory.imu(stamp, np.array([*wave[:2], 9.81 + wave[2], *wave[3:6]]))
         case "/joint_states":
-            return factory.joints(stamp, wave.reshape(3, 4))
+            return factory.joints(stamp, WHEELS, wave.reshape(3, 4))
         case _:
-            return factory.command(stamp, 0.8, 0.1)
+            return factory.command(stamp, np.array([0.8, 0.1]))
 
 
 @cache
-def sights() -> tuple[list[NDArray[np.uint8]], list[lidar.Scan]]:
-    """Frames and clouds of a simulated drive; beams without a return are given one."""
-    scene = make_scene(0, "benchmark")
-    track = drive(scene, 1, 20.0)
-    rng = np.random.default_rng(0)
-    camera = Camera(camera_model(640))
+def sights() -> tuple[list[NDArray[np.uint8]], list[Scan]]:
+    """Frames and clouds along the course of a simulated place; beams without a return are given one."""
+    stage = make_stage(load_scenario(SCENARIO), 0)
+    world, rig, rng = stage.world, RIGS[RobotKind.wheeled], np.random.default_rng(0)
+    camera, lidar = Camera(CAMERA_MODEL), Lidar()
+    way = np.linspace(world.start_m, world.goal_m, POOL)
+    heading = np.arctan2(*(way[-1] - way[0])[::-1])
     frames, clouds = [], []
-    for moment in np.linspace(1.0, 18.0, POOL):
-        view = camera.image(
-            scene, track.pose(np.array([moment]))[0] @ mount("camera_front_optical"), Exposure(), 0.0, rng
-        )
+    for x, y in way.tolist():
+        height = float(world.ground.height_at(np.array([x]), np.array([y]))[0])
+        robot = transform_from_xyz_rpy(np.array([x, y, height + 0.165]), np.array([0.0, 0.0, heading]))
+        lux = world.config.light.illuminance_lux
+        view = camera.picture(stage.shader, _standing(robot @ rig.mount(CAMERA)), lux, rng).rgb
         noisy = view.astype(np.float32) + rng.normal(0.0, 6.0, view.shape).astype(np.float32)
         frames.append(noisy.clip(0, 255).astype(np.uint8))
-        clouds.append(
-            _full(lidar.scan(scene, track.pose(moment + lidar.column_time_s()) @ mount("velodyne"), rng), rng)
-        )
+        firings = _standing(robot @ rig.mount(LIDAR))(lidar.config.column_time_s())
+        clouds.append(_full(lidar.scan(stage.scene, firings, rng), np.array(lidar.config.elevation_rad), rng))
     return frames, clouds
 
 
-def _full(scan: lidar.Scan, rng: np.random.Generator) -> lidar.Scan:
-    """The scan with 28,800 points: those missing are far hits, such as trees beyond the simulated world."""
+def _standing(pose: NDArray[np.float64]) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """The pose at any times of something that does not move."""
+    return lambda time_s: np.repeat(pose[None], len(time_s), axis=0)
+
+
+def _full(scan: Scan, elevation_rad: NDArray[np.float64], rng: np.random.Generator) -> Scan:
+    """The scan with 28,800 points: those missing are far hits, such as trees beyond the simulated place."""
     missing = 28_800 - len(scan.xyz)
     azimuth, ring = rng.uniform(-np.pi, np.pi, missing), rng.integers(0, 16, missing).astype(np.uint16)
-    distance, elevation = 40 + 20 * np.sin(7 * azimuth) + rng.normal(0, 0.5, missing), lidar.ring_elevation_rad()[ring]
+    distance, elevation = 40 + 20 * np.sin(7 * azimuth) + rng.normal(0, 0.5, missing), elevation_rad[ring]
     level = distance * np.cos(elevation)
     far = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), distance * np.sin(elevation)], axis=1)
-    return lidar.Scan(
+    return Scan(
         np.concatenate([scan.xyz, far.astype(np.float32)]),
         np.concatenate([scan.intensity, rng.uniform(1, 60, missing).astype(np.float32)]),
         np.concatenate([scan.ring, ring]),
         np.concatenate([scan.time_s, (-azimuth / (20 * np.pi)).astype(np.float32)]),
+        np.concatenate([scan.surface, np.zeros(missing, np.uint8)]),
     )
 
 

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from navtool.cli.demo_report import DemoReport
     from navtool.datasets.labels.report import LabelReport
 
+_FPS = 5
+"""Ten steps ahead are then two seconds: the robot's way reaches into the picture, beyond its own nose."""
+
 
 def demo(
     out: Path = typer.Option(Path("demo-output"), "--out", help="Folder for everything; must be empty or absent."),
@@ -106,7 +109,7 @@ def _data_set(stages: Stages, out: Path, recorded: Recorded) -> "LabelReport":
     from navtool.datasets.labels.config import LabelConfig
 
     with stages.stage("ingest", "recordings to a LeRobotDataset v3", out / "dataset") as dataset:
-        job = ingest_job(None, ["place='{parent}'"])
+        job = ingest_job(None, ["place='{parent}'", f"fps={_FPS}"])
         with IngestProgress() as progress:
             print_ingest(ingest(recorded.paths, dataset, job.robot, job.config(), workers=2, progress=progress))
     with stages.stage("label", "collisions, standstills and interventions", dataset):

@@ -17,7 +17,7 @@ class CameraSetup:
     """Height of its picture in pixels, 24 to 1440."""
     hz: float = 10.0
     """Pictures a second, in [1, 60]."""
-    field_of_view_rad: float = 1.2
+    field_of_view_rad: float = 1.5
     """From the left edge to the right without distortion, in [0.3, 2]."""
     distortion: list[float] = field(default_factory=lambda: [-0.28, 0.07, 0.0005, -0.0003, 0.0])
     """k1, k2, p1, p2, k3 of the lens (plumb_bob); empty for none."""

@@ -49,7 +49,7 @@ RIGS = {
     RobotKind.wheeled: Rig(
         {
             (BASE, "base_footprint"): (0.0, 0.0, -0.165, 0.0, 0.0, 0.0),
-            (BASE, "camera_link"): (0.28, 0.0, 0.40, 0.0, 0.10, 0.0),
+            (BASE, "camera_link"): (0.40, 0.0, 0.40, 0.0, 0.35, 0.0),
             ("camera_link", CAMERA): _OPTICAL,
             (BASE, LIDAR): (0.05, 0.0, 0.58, 0.0, 0.0, 0.0),
             (BASE, IMU): (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
@@ -58,7 +58,7 @@ RIGS = {
     RobotKind.quadruped: Rig(
         {
             (BASE, "base_footprint"): (0.0, 0.0, -0.48, 0.0, 0.0, 0.0),
-            (BASE, "camera_link"): (0.42, 0.0, 0.10, 0.0, 0.15, 0.0),
+            (BASE, "camera_link"): (0.42, 0.0, 0.10, 0.0, 0.35, 0.0),
             ("camera_link", CAMERA): _OPTICAL,
             (BASE, LIDAR): (0.05, 0.0, 0.26, 0.0, 0.0, 0.0),
             (BASE, IMU): (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
