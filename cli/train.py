@@ -10,6 +10,9 @@ if TYPE_CHECKING:
 
     from navtool.train.run import RunResult
 
+_UNSEEN = 0.5
+"""From this share of empty trajectory images on a run's report says so."""
+
 
 def train(
     overrides: list[str] | None = typer.Argument(None, metavar="[KEY=VALUE]...", help="Such as trainer.epochs=5."),
@@ -79,9 +82,13 @@ def resume_run(path: Path) -> "RunResult":
 
 def print_run(result: "RunResult") -> None:
     """What a run did, and where it lies."""
-    from navtool.cli.console import console
+    from navtool.cli.console import console, print_notes
 
     out = console()
+    if result.unseen_share > _UNSEEN:
+        why = "they end before the ground that the camera sees begins"
+        cure = "ingest at a lower fps, so that the steps reach further, or look at the camera's mounting"
+        print_notes([f"{result.unseen_share:.0%} of the trajectory images are empty: {why}; {cure}"])
     out.print(
         f"{result.epochs} epochs in {result.seconds:.1f} s, {result.samples_per_s:.1f} samples/s, "
         f"best validation loss {result.best_val_loss:.4f}",

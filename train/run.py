@@ -47,6 +47,8 @@ class RunResult:
     """Share of the training time spent waiting for data."""
     samples: dict[str, WindowReport]
     """Counts of each split."""
+    unseen_share: float
+    """Share of the training samples of a moving robot whose trajectory lies outside the picture."""
 
 
 def train(config: TrainConfig, dataset: Path, out: Path, *, resume: bool = False, progress: bool = False) -> RunResult:
@@ -114,6 +116,7 @@ def train_source(
         samples_per_s=perf.samples / perf.train_s if perf.train_s else 0.0,
         data_wait_share=perf.wait_s / perf.train_s if perf.train_s else 0.0,
         samples={split.value: report for split, report in data.reports.items()},
+        unseen_share=data.samples(Split.train).unseen_share(),
     )
     folder.write_metrics(_metrics(result, judged, device))
     return result
@@ -144,6 +147,7 @@ def _metrics(result: RunResult, judged: Mapping[str, EvaluationReport], device: 
         "seconds": result.seconds,
         "samples_per_s": result.samples_per_s,
         "data_wait_share": result.data_wait_share,
+        "unseen_share": result.unseen_share,
         "device": device.type,
         "splits": {
             split: {"loss": report.loss, "metrics": report.metrics, "windows": report.windows}

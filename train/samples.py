@@ -13,6 +13,9 @@ from navtool.train.row_cache import SampleCaches
 from navtool.train.source import NavSource, column_or
 from navtool.train.windows import DataConfig, Windows
 
+_MOVING = 0.1
+"""A robot with a speed (m/s) or turn (rad/s) above this moves."""
+
 
 class Sample(NamedTuple):
     """One row, or a batch of them with a leading axis B. The first six are the network's inputs in their order."""
@@ -88,6 +91,20 @@ class SampleDataset(Dataset[Sample]):
             known=torch.from_numpy(self.windows.known[index]),
             row=torch.tensor(row),
         )
+
+    def unseen_share(self, most: int = 200) -> float:
+        """Share of the samples of a moving robot whose trajectory lies outside the picture, 0-1; 0 where none moves.
+
+        The network tells candidate trajectories by these images alone: where they are empty it cannot.
+
+        Args:
+            most: How many samples are looked at, evenly chosen.
+        """
+        moving = np.flatnonzero(np.abs(self._state[self.windows.row]).max(axis=1) > _MOVING)
+        chosen = moving[np.unique(np.linspace(0, moving.size - 1, min(most, moving.size)).astype(np.int64))]
+        rows, episodes = self.windows.row[chosen].tolist(), self.windows.episode[chosen].tolist()
+        unseen = [not self._painters[e].draw(self._state[r]).any() for r, e in zip(rows, episodes, strict=True)]
+        return float(np.mean(unseen)) if unseen else 0.0
 
     def _image(self, row: int) -> Tensor:
         held = self._caches.images.get(row) if self._caches is not None else None

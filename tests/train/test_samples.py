@@ -4,6 +4,7 @@ import pickle
 from pathlib import Path
 
 import numpy as np
+import pytest
 import torch
 
 from navtool.datasets.reader import NavDataset
@@ -124,3 +125,14 @@ def test_a_recorded_data_set_gives_the_windows_that_upstream_gives(labelled_data
     assert sample.trajectory.any() or not state[row].any()
     copy: SampleDataset = pickle.loads(pickle.dumps(dataset))  # noqa: S301 (our own bytes)
     assert equal(copy[7], dataset[7])
+
+
+def test_trajectories_outside_the_picture_are_counted() -> None:
+    source = SyntheticSource(SMALL)
+    dataset = samples(source)
+    drawn = [bool(dataset[index].trajectory.any()) for index in range(len(dataset))]
+    moving = [bool(dataset[index].velocity[-1].abs().max() > 0.1) for index in range(len(dataset))]
+    seen = [d for d, m in zip(drawn, moving, strict=True) if m]
+    assert dataset.unseen_share(len(dataset)) == pytest.approx(1 - np.mean(seen))
+    near = samples(source, DataConfig(history_steps=6, horizon_steps=1, robot_width_m=0.01))
+    assert near.unseen_share() > dataset.unseen_share()
