@@ -17,6 +17,8 @@ TILE_PX = 512
 LEVELS = 8
 """How often it is halved for surfaces farther away."""
 _BANK_SEED = 20
+_SEAM_PX = 8
+"""Strokes are no wider than this, edges included."""
 
 
 class TextureBank(NamedTuple):
@@ -143,13 +145,15 @@ def _strokes(
     angles = rng.uniform(0, 2 * np.pi, count) if spread_rad >= np.pi else rng.normal(0.0, spread_rad, count)
     lengths = length_px * rng.uniform(0.5, 1.3, count)
     shades = np.linspace(-1.3, 0.9, count) + rng.normal(0.0, 0.55, count)
-    for (x, y), angle, length, shade in zip(places.tolist(), angles, lengths, shades, strict=True):
-        ends = x + length * np.sin(angle), y - length * np.cos(angle)
-        for i in (0, 1, 2):
-            for j in (0, 1, 2):
-                start = round(x + i * TILE_PX), round(y + j * TILE_PX)
-                end = round(ends[0] + i * TILE_PX), round(ends[1] + j * TILE_PX)
-                cv2.line(canvas, start, end, float(shade), width_px, cv2.LINE_AA)
+    ends = places + lengths[:, None] * np.stack([np.sin(angles), -np.cos(angles)], axis=1)
+    shifts = np.array([(i, j) for i in (0, 1, 2) for j in (0, 1, 2)]) * TILE_PX
+    first, last = (np.stack([places, ends])[:, :, None] + shifts).round().astype(int)
+    # of the nine copies only those that reach into the middle can be seen
+    seen = (np.maximum(first, last) > TILE_PX - _SEAM_PX) & (np.minimum(first, last) < 2 * TILE_PX + _SEAM_PX)
+    stroke, copy = np.nonzero(seen.all(axis=2))
+    lines = np.concatenate([first[stroke, copy], last[stroke, copy]], axis=1).tolist()
+    for (x0, y0, x1, y1), shade in zip(lines, shades[stroke].tolist(), strict=True):
+        cv2.line(canvas, (x0, y0), (x1, y1), shade, width_px, cv2.LINE_AA)
     middle = canvas[TILE_PX : 2 * TILE_PX, TILE_PX : 2 * TILE_PX]
     return np.asarray(cv2.GaussianBlur(middle, (3, 3), 0.7) + 0.35 * _noise(rng, 70.0, 70.0), np.float32)
 
