@@ -102,7 +102,7 @@ def _data_set(stages: Stages, out: Path, recorded: Recorded) -> "LabelReport":
     from navtool.cli.compose import compose
     from navtool.cli.ingest import print_ingest
     from navtool.cli.label import print_labels
-    from navtool.cli.progress import IngestProgress
+    from navtool.cli.progress import WorkProgress
     from navtool.cli.robots import ingest_job
     from navtool.datasets.ingest.ingest import ingest
     from navtool.datasets.labels.apply import label_dataset
@@ -110,7 +110,7 @@ def _data_set(stages: Stages, out: Path, recorded: Recorded) -> "LabelReport":
 
     with stages.stage("ingest", "recordings to a LeRobotDataset v3", out / "dataset") as dataset:
         job = ingest_job(None, ["place='{parent}'", f"fps={_FPS}"])
-        with IngestProgress() as progress:
+        with WorkProgress("recordings") as progress:
             print_ingest(ingest(recorded.paths, dataset, job.robot, job.config(), workers=2, progress=progress))
     with stages.stage("label", "collisions, standstills and interventions", dataset):
         labels = label_dataset(dataset, compose("label", [], LabelConfig))

@@ -34,7 +34,7 @@ def ingest(
     from navtool.cli.arguments import require_there, split_overrides
     from navtool.cli.compose import UsageError, print_config, wrong_call
     from navtool.cli.console import print_json
-    from navtool.cli.progress import IngestProgress
+    from navtool.cli.progress import WorkProgress, fetching
     from navtool.cli.robots import ingest_job
     from navtool.datasets.ingest.ingest import ingest as run
     from navtool.datasets.ingest.store import refuse_other_folder
@@ -52,9 +52,11 @@ def ingest(
     with wrong_call():
         require_there(*local_paths([text for text in paths if not is_url(text)], default_cache()))
         refuse_other_folder(out)
-    with IngestProgress() as progress:
+    with fetching() as fetched:
+        recordings = local_paths(paths, default_cache(), fetched)
+    with WorkProgress("recordings") as progress:
         report = run(
-            local_paths(paths, default_cache(), progress.fetched),
+            recordings,
             out,
             job.robot,
             job.config(),

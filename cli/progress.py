@@ -1,101 +1,79 @@
 """Progress bars, drawn on standard error where a person looks at it."""
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import timedelta
+from math import ceil
 from types import TracebackType
 from typing import Self
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskID, TextColumn, TimeRemainingColumn
+from rich.text import Text
 
-_TELL_EVERY = 1 << 22
+_DRAW_S = 0.1
+_FOREKNOWN_S = 1.0
+"""What has gone on for less tells nothing of the rest."""
 
 
-class IngestProgress:
-    """Draws how far ingest is."""
+class WorkProgress:
+    """Draws how far recordings or episodes are, and how long the rest takes at the pace of what was done so far."""
 
-    def __init__(self) -> None:
+    def __init__(self, things: str, clock: Callable[[], float] = time.monotonic) -> None:
+        """Prepare it.
+
+        Args:
+            things: What is counted, such as ``recordings``.
+            clock: Seconds from any moment on.
+        """
         self._bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
             TextColumn("{task.percentage:3.0f}%"),
-            TimeRemainingColumn(),
+            _TimeLeft(),
             console=Console(stderr=True),
             transient=True,
+            get_time=clock,
         )
+        self._things, self._clock, self._drawn_s = things, clock, 0.0
+        self._count, self._total, self._done = 0, 0, 0
         self._task: TaskID | None = None
-        self._recordings = 0
-        self._fetching: TaskID | None = None
-        self._fetched: dict[str, int] = {}
-        self._untold = 0
 
-    def fetched(self, url: str, read_bytes: int) -> None:
-        """Say what is being fetched, and how much of it has come."""
-        self._fetched[url] = self._fetched.get(url, 0) + read_bytes
-        text = f"fetching {url}: {self._fetched[url] / 1e6:.0f} MB"
-        if self._fetching is None:
-            self._fetching = self._bar.add_task(text, total=None)
-        self._bar.update(self._fetching, description=text)
+    def begin(self, things: int, work: int) -> None:
+        """Begin the bar; its clock runs from the first work on that is done."""
+        self._count, self._total = things, work
+        self._task = self._bar.add_task(f"0/{things} {self._things}", start=False, total=work)
 
-    def begin(self, recordings: int, size_bytes: int) -> None:
-        """Begin the bar; every byte passes three times: hashed, planned, read."""
-        if self._fetching is not None:
-            self._bar.remove_task(self._fetching)
-            self._fetching = None
-        self._recordings = recordings
-        self._task = self._bar.add_task(f"0/{recordings} recordings", total=3 * max(size_bytes, 1))
-
-    def advance(self, read_bytes: int) -> None:
+    def advance(self, done: int, spared: int) -> None:
         """Move the bar, not more often than it is drawn."""
-        self._untold += read_bytes
-        if self._task is not None and self._untold > _TELL_EVERY:
-            self._bar.advance(self._task, self._untold)
-            self._untold = 0
+        first = done > 0 == self._done
+        self._done += done
+        self._total -= spared
+        if first or self._clock() - self._drawn_s > _DRAW_S:
+            self._draw()
 
-    def done(self, recordings: int, name: str) -> None:
-        """Say which recording was finished last."""
-        if self._task is not None:
-            self._bar.update(self._task, description=f"{recordings}/{self._recordings} recordings, {name}")
+    def done(self, things: int, name: str) -> None:
+        """Say which was finished last."""
+        self._draw(f"{things}/{self._count} {self._things}, {name}")
 
-    def __enter__(self) -> Self:
-        self._bar.start()
-        return self
+    @property
+    def left_s(self) -> float | None:
+        """How long the rest will take; None while that cannot be told."""
+        return None if self._task is None else _left_s(self._bar.tasks[0])
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._bar.stop()
+    @property
+    def share(self) -> float:
+        """Of the work, how much is drawn as done."""
+        return 0.0 if self._task is None else self._bar.tasks[0].percentage / 100
 
-
-class SimulationProgress:
-    """Draws how far a simulation is."""
-
-    def __init__(self) -> None:
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.percentage:3.0f}%"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-            transient=True,
-        )
-        self._task: TaskID | None = None
-        self._episodes = 0
-
-    def begin(self, episodes: int, duration_us: int) -> None:
-        """Begin the bar, as long as the drives."""
-        self._episodes = episodes
-        self._task = self._bar.add_task(f"0/{episodes} episodes", total=max(duration_us, 1))
-
-    def advance(self, microseconds: int) -> None:
-        """Move the bar."""
-        if self._task is not None and microseconds:
-            self._bar.advance(self._task, microseconds)
-
-    def done(self, episodes: int, name: str) -> None:
-        """Say which recording was finished last."""
-        if self._task is not None:
-            self._bar.update(self._task, description=f"{episodes}/{self._episodes} episodes, {name}")
+    def _draw(self, text: str | None = None) -> None:
+        if self._task is None:
+            return
+        if self._done and not self._bar.tasks[0].started:
+            self._bar.start_task(self._task)
+        self._bar.update(self._task, description=text, completed=self._done, total=self._total)
+        self._drawn_s = self._clock()
 
     def __enter__(self) -> Self:
         self._bar.start()
@@ -105,6 +83,42 @@ class SimulationProgress:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._bar.stop()
+
+
+class _TimeLeft(ProgressColumn):
+    """The time that the rest takes at the mean pace so far: that of the last seconds is another in each step."""
+
+    max_refresh = 0.5
+
+    def render(self, task: Task) -> Text:
+        left_s = _left_s(task)
+        return Text("-:--:--" if left_s is None else str(timedelta(seconds=ceil(left_s))), style="progress.remaining")
+
+
+def _left_s(task: Task) -> float | None:
+    if task.elapsed is None or task.elapsed < _FOREKNOWN_S or not task.completed or task.remaining is None:
+        return None
+    return task.elapsed * task.remaining / task.completed
+
+
+@contextmanager
+def fetching() -> Iterator[Callable[[str, int], None]]:
+    """Draws what is being fetched, and how much of it has come: called with a URL and the bytes of each piece."""
+    bar = Progress(TextColumn("{task.description}"), BarColumn(), console=Console(stderr=True), transient=True)
+    tasks: dict[str, TaskID] = {}
+    fetched: dict[str, int] = {}
+
+    def fetch(url: str, read_bytes: int) -> None:
+        fetched[url] = fetched.get(url, 0) + read_bytes
+        text = f"fetching {url}: {fetched[url] / 1e6:.0f} MB"
+        for other in [other for other in tasks if other != url]:
+            bar.remove_task(tasks.pop(other))
+        if url not in tasks:
+            tasks[url] = bar.add_task(text, total=None)
+        bar.update(tasks[url], description=text)
+
+    with bar:
+        yield fetch
 
 
 @contextmanager

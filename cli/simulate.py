@@ -93,10 +93,10 @@ def needs_sim() -> Iterator[None]:
 
 def run_simulation(config: "SimulationConfig", out: Path, episodes: int, seed: int, workers: int) -> "SimulationReport":
     """Simulate with progress on the terminal."""
-    from navtool.cli.progress import SimulationProgress
+    from navtool.cli.progress import WorkProgress
     from navtool.sim.record.simulate import simulate as run
 
-    with SimulationProgress() as progress:
+    with WorkProgress("episodes") as progress:
         return run(config, out, episodes, seed, workers=workers, progress=progress)
 
 

@@ -75,14 +75,14 @@ def join_segments(
     features: dict[str, Feature],
     fps: int,
     folder: EpisodeFolder,
-    advance: Callable[[int], None],
+    reached: Callable[[int], None],
 ) -> None:
     """Write the episode's data file and video out of its segments, and take the segments' own files away.
 
     Args:
         plan: Its columns are filled in.
         folder: Where the segments lie; its rows and statistics are filled in.
-        advance: Called with 0 before each segment; ends the work where it raises.
+        reached: Called with the number of segments before each; ends the work where it raises.
     """
     images, clouds = ImageStats(), CloudStats()
     _add_empty_columns(plan)
@@ -97,7 +97,7 @@ def join_segments(
         images.merge(result.images)
         clouds.merge(result.clouds)
     points = [points_part(folder.root, segment.number) for segment in segments] if plan.contents.lidar else []
-    write_data(folder.data, features, plan.columns, _pieces(points, advance))
+    write_data(folder.data, features, plan.columns, _pieces(points, reached))
     videos = [video_part(folder.root, segment.number) for segment in segments] if plan.contents.image else []
     if videos:
         join_videos(videos, folder.video, fps)
@@ -113,9 +113,9 @@ def join_segments(
             folder.stats[key] = column_stats(plan.columns[key])
 
 
-def _pieces(points: Sequence[Path], advance: Callable[[int], None]) -> Iterator[Float32[Array, "ticks 10000 3"]]:
-    for path in points:
-        advance(0)
+def _pieces(points: Sequence[Path], reached: Callable[[int], None]) -> Iterator[Float32[Array, "ticks 10000 3"]]:
+    for number, path in enumerate(points):
+        reached(number)
         yield np.memmap(path, np.float32, "r").reshape(-1, CLOUD_SIZE, 3)
 
 

@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 from navtool.datasets.errors import DatasetsError, OutputError
 from navtool.datasets.ingest.config import IngestConfig
@@ -31,38 +31,13 @@ from navtool.datasets.ingest.steps import (
     segment_step,
 )
 from navtool.datasets.ingest.store import Store, open_store
+from navtool.datasets.ingest.work import Work, work_of
 from navtool.datasets.ingest.workers import Workers, make_workers, outcome
+from navtool.datasets.progress import Progress, Silent
 from navtool.datasets.robot import RobotConfig
 from navtool.datasets.schema import Contents
 
 logger = logging.getLogger(__name__)
-
-
-@runtime_checkable
-class Progress(Protocol):
-    """Who wants to know how far ingest is; the command line draws it."""
-
-    def begin(self, recordings: int, size_bytes: int) -> None:
-        """So many recordings of so many bytes in all are to be read."""
-
-    def advance(self, read_bytes: int) -> None:
-        """This many bytes were read; each is read three times at the most."""
-
-    def done(self, recordings: int, name: str) -> None:
-        """So many recordings are done, this one last."""
-
-
-class Silent:
-    """Wants to know nothing."""
-
-    def begin(self, recordings: int, size_bytes: int) -> None:
-        """Ignore it."""
-
-    def advance(self, read_bytes: int) -> None:
-        """Ignore it."""
-
-    def done(self, recordings: int, name: str) -> None:
-        """Ignore it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,12 +90,13 @@ def ingest(
     recordings = expand(paths, config.merge)
     report = IngestReport(str(out), dry_run)
     job = Job(robot=robot, config=config, dry_run=dry_run, allow_missing=allow_missing)
-    watch.begin(len(recordings), sum(size_of(path) for path in recordings))
+    work = [work_of(size_of(path), dry_run=dry_run) for path in recordings]
+    watch.begin(len(recordings), sum(each.total for each in work))
     with nullcontext(foresee(out)) if dry_run else open_store(out) as store:
         refuse_other_settings(store, config)
         report.episodes_before = store.episodes
         with make_workers(workers, watch.advance) as hands:
-            _Line(store, recordings, job, report, hands, workers, watch).run()
+            _Line(store, list(zip(recordings, work, strict=True)), job, report, hands, workers, watch).run()
     report.seconds = time.monotonic() - started
     peaks = [resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     report.peak_rss_mib = max(peaks) / 1024
@@ -147,9 +123,13 @@ class _Recording:
     planning: Future[Planned]
     written: bool
     """Whether an episode is to be written of it; not in a dry run."""
+    work: Work
+    unbegun: int
+    """Units of its work that no step counts."""
     plan: Planned | None = None
     segments: list[Segment] = field(default_factory=list)
-    reading: list[Future[SegmentResult]] = field(default_factory=list)
+    reading: dict[Future[SegmentResult], int] = field(default_factory=dict)
+    """Of each segment, with its work."""
     joining: Future[Joined] | None = None
     failed: DatasetsError | None = None
 
@@ -177,7 +157,7 @@ class _Line:
     def __init__(
         self,
         store: Store,
-        recordings: Sequence[Path],
+        recordings: Sequence[tuple[Path, Work]],
         job: Job,
         report: IngestReport,
         hands: Workers,
@@ -195,12 +175,14 @@ class _Line:
         """Add every recording, or say why not."""
         while self._waiting or self._under_way:
             while self._waiting and len(self._under_way) < self._ahead and self._may_begin():
-                self._under_way.append(self._begin(*self._waiting.popleft()))
+                number, (path, work) = self._waiting.popleft()
+                self._under_way.append(self._begin(number, path, work))
             self._hands.wait([future for entry in self._under_way for future in entry.futures])
             for place, entry in enumerate(self._under_way):
                 self._proceed(entry, place)
             while self._under_way and self._under_way[0].finished:
                 self._conclude(self._under_way.popleft())
+        self._hands.wait([])
 
     def _contents(self) -> Contents | None:
         """What the data set's rows have; as long as it is empty, what its first recording seems to make of it."""
@@ -210,15 +192,17 @@ class _Line:
         """The first recording of a data set fixes what the others are read for."""
         return self._contents() is not None or not self._under_way or self._under_way[0].plan is not None
 
-    def _begin(self, number: int, path: Path) -> _Recording:
+    def _begin(self, number: int, path: Path, work: Work) -> _Recording:
         fixed = self._contents()
         if fixed is None and self._under_way and self._under_way[0].plan is not None:
             head = self._under_way[0].plan.plan
             fixed = None if head is None else head.contents
         staged = None if self._job.dry_run else self._staged(number)
         known = frozenset(sha for sha, settings in self._known.items() if settings == self._job.settings_hash)
-        planning = self._hands.submit(plan_step, path, self._job.robot, self._job.config, fixed, known, staged)
-        return _Recording(number, path, fixed, planning, written=not self._job.dry_run)
+        job = self._job
+        planning = self._hands.submit(work.planning, plan_step, path, job.robot, job.config, fixed, known, staged)
+        unbegun = work.reading + work.joining
+        return _Recording(number, path, fixed, planning, not job.dry_run, work, unbegun)
 
     def _staged(self, number: int) -> Path:
         return self._store.layout.staging / f"{number:06d}"
@@ -242,16 +226,18 @@ class _Line:
             plan = entry.to_join
             if plan is not None:
                 results = [future.result() for future in entry.reading]
-                place = self._likely_place(ahead)
-                staged, config = self._staged(entry.number), self._job.config
-                entry.joining = self._hands.submit(join_step, plan, entry.segments, results, place, config, staged)
+                staged, place = self._staged(entry.number), self._likely_place(ahead)
+                entry.unbegun -= entry.work.joining
+                entry.joining = self._hands.submit(
+                    entry.work.joining, join_step, plan, entry.segments, results, place, self._job.config, staged
+                )
         except OutputError:
             raise
         except DatasetsError as error:
             entry.failed = error
-            for future in entry.reading:
-                future.cancel()
-            entry.reading = [future for future in entry.reading if not future.cancelled()]
+            for future in list(entry.reading):
+                if future.cancel():
+                    entry.unbegun += entry.reading.pop(future)
 
     def _have_read(self, entry: _Recording, plan: EpisodePlan) -> None:
         if entry.fixed is not None:
@@ -259,11 +245,11 @@ class _Line:
         if not entry.written:
             return
         entry.segments = cut_segments(plan)
-        staged = self._staged(entry.number)
-        entry.reading = [
-            self._hands.submit(segment_step, entry.path, segment, self._job.config, staged)
-            for segment in entry.segments
-        ]
+        staged, ticks = self._staged(entry.number), int(plan.ticks_ns.size)
+        for segment in entry.segments:
+            work = entry.work.reading_of(segment, ticks)
+            entry.unbegun -= work
+            entry.reading[self._hands.submit(work, segment_step, entry.path, segment, self._job.config, staged)] = work
 
     def _likely_place(self, ahead: int) -> Numbering:
         """Where an episode will be if all that stand before it are added; where they are not, it is numbered again."""
@@ -287,6 +273,7 @@ class _Line:
                 self._report.episodes.append(summary)
         if entry.written:
             discard(self._staged(entry.number))
+        self._watch.advance(0, entry.unbegun)
         self._done += 1
         self._watch.done(self._done, source_name(entry.path))
 
@@ -295,7 +282,8 @@ class _Line:
             # It was read for contents that the data set has not got after all: the first recording failed.
             if entry.written:
                 discard(self._staged(entry.number))
-            again = self._begin(entry.number, entry.path)
+            # What was counted once is not counted again.
+            again = self._begin(entry.number, entry.path, Work())
             while not again.finished:
                 self._hands.wait(again.futures)
                 self._proceed(again)

@@ -80,14 +80,14 @@ def plan_episode(
     config: IngestConfig,
     fixed: Contents | None,
     streams_to: Path | None = None,
-    advance: Callable[[int], None] | None = None,
+    reached: Callable[[int], None] | None = None,
 ) -> EpisodePlan:
     """Read the recording once and lay its episode out on the grid.
 
     Args:
         fixed: Contents of the data set that the episode joins; None for the first one, whose contents it fixes.
         streams_to: Where to write the small streams at their own rates; None writes nothing.
-        advance: Called with the bytes of each message read.
+        reached: Called with the record time of each message read.
 
     Raises:
         DatasetsError: If the recording has no stream that can span a grid, less than two ticks of it, or is silent for
@@ -97,7 +97,7 @@ def plan_episode(
     if not any(getattr(topics, stream) for stream in GRID_STREAMS):
         raise DatasetsError(_nothing_usable(recording, topics), where=recording.path, cure=_CURE_NOTHING)
     joint_names = fixed.joint_names if fixed is not None else tuple(robot.joint_names)
-    scan = scan_recording(recording, topics, joint_names, robot.joy, advance)
+    scan = scan_recording(recording, topics, joint_names, robot.joy, reached)
     clocks = Clocks.of(scan, config)
     grid_stream, times, ticks = _grid(recording, topics, scan, clocks, config.fps)
     found = _contents(scan)

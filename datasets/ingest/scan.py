@@ -84,7 +84,7 @@ def scan_recording(
     topics: TopicMap,
     joint_names: tuple[str, ...],
     joy: JoyCommand | None = None,
-    advance: Callable[[int], None] | None = None,
+    reached: Callable[[int], None] | None = None,
 ) -> Scan:
     """Read every mapped topic once, in the order of record.
 
@@ -94,7 +94,7 @@ def scan_recording(
     Args:
         joint_names: Order of the joints' columns; empty takes the first message's.
         joy: What a joystick's axes mean, where one feeds the command.
-        advance: Called with the number of bytes of each message.
+        reached: Called with the record time of each message read.
 
     Raises:
         DatasetsError: If the recording cannot be read on, or no image or cloud of a mapped stream can be decoded.
@@ -117,8 +117,8 @@ def scan_recording(
                 _add_stamp(scan.streams[stream], recording, raw)
             else:
                 _add_row(scan.streams[stream], stream, joy, message, fast)
-        if advance is not None:
-            advance(len(raw.data))
+        if reached is not None:
+            reached(raw.record_ns)
     for stream in LARGE:
         if stream in scan.streams:
             _require_decodable(scan.streams[stream], stream)

@@ -4,7 +4,7 @@ Planning and reading may happen in other processes; what they take and return cr
 """
 
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -23,9 +23,11 @@ from navtool.datasets.ingest.settings import settings_hash, streams_left_out
 from navtool.datasets.ingest.store import Store
 from navtool.datasets.ingest.sync_picture import sync_picture
 from navtool.datasets.ingest.sync_report import stream_notes
-from navtool.datasets.ingest.workers import Advance, Stopped
+from navtool.datasets.ingest.work import HASH_SHARE
+from navtool.datasets.ingest.workers import Stopped
 from navtool.datasets.ingest.write_segment import changed_meanwhile, write_segment
 from navtool.datasets.lineage import code_version, file_sha256, plain, recording_sha256, recording_state
+from navtool.datasets.meter import Meter
 from navtool.datasets.recording import open_recording
 from navtool.datasets.robot import RobotConfig
 from navtool.datasets.schema import Contents, features_of
@@ -56,7 +58,7 @@ def plan_step(
     fixed: Contents | None,
     known: frozenset[str],
     staged: Path | None,
-    advance: Advance,
+    meter: Meter,
 ) -> Planned:
     """Hash a recording and, unless it is known, read it once and write its small streams.
 
@@ -68,14 +70,17 @@ def plan_step(
         DatasetsError: The recording gives no episode, or is still being written.
     """
     before = recording_state(path)
-    with _beside(advance) as (thread, tell):
+    hashed = _hashed(meter, sum(size for _, size, _ in before))
+    with _beside(hashed) as (thread, tell):
         # Where nothing is known yet the recording is hashed while it is read: hashing needs no interpreter.
         hashing = thread.submit(recording_sha256, path, tell)
         if known and hashing.result()[0] in known:
+            meter.spare()
             return Planned(*hashing.result(), None)
         with _output_errors(staged), open_recording(path, merged=config.merge is Merge.folder) as recording:
             streams_to = None if staged is None else streams_folder(staged)
-            plan = plan_episode(recording, robot, config, fixed, streams_to, advance)
+            reached = meter.part(recording.start_ns, recording.end_ns, 1 - HASH_SHARE)
+            plan = plan_episode(recording, robot, config, fixed, streams_to, reached)
         sha256, size = hashing.result()
     if recording_state(path) != before:
         # The hash would be that of other bytes than were read, and the rest would never be read.
@@ -91,11 +96,11 @@ def plan_step(
     return Planned(sha256, size, plan)
 
 
-def segment_step(path: Path, segment: Segment, config: IngestConfig, staged: Path, advance: Advance) -> SegmentResult:
+def segment_step(path: Path, segment: Segment, config: IngestConfig, staged: Path, meter: Meter) -> SegmentResult:
     """Read one segment of a recording and write its part of the episode."""
     merged = config.merge is Merge.folder
     with _output_errors(staged), open_recording(path, merged=merged, verify=not segment.sound) as recording:
-        return write_segment(recording, segment, config, staged, advance)
+        return write_segment(recording, segment, config, staged, meter.part(segment.start_ns, segment.end_ns))
 
 
 def join_step(
@@ -105,7 +110,7 @@ def join_step(
     numbering: Numbering,
     config: IngestConfig,
     staged: Path,
-    advance: Advance,
+    meter: Meter,
 ) -> Joined:
     """Join what was read of a recording into the staged files of an episode, at its likely place in the data set."""
     folder = EpisodeFolder(staged, numbering)
@@ -120,7 +125,9 @@ def join_step(
         notes.append(f"lidar: {left} clouds without point times or odometry around them; points stay as measured")
     notes += stream_notes(plan.sync_report)
     with _output_errors(staged):
-        join_segments(plan, segments, results, features_of(plan.contents), config.fps, folder, advance)
+        join_segments(
+            plan, segments, results, features_of(plan.contents), config.fps, folder, meter.part(0, len(segments))
+        )
     write_json(folder.beside / "calibration.json", plan.calibration.to_json())
     write_json(folder.beside / "sync.json", plan.sync_report | {"dropped": dropped, "notes": notes})
     write_bytes(folder.beside / "sync.svg", sync_picture(plan.sync_report, plan.columns, config.fps).encode())
@@ -235,8 +242,20 @@ def summary_of(
     )
 
 
+def _hashed(meter: Meter, size_bytes: int) -> Callable[[int], None]:
+    """What to call with the bytes of each piece of a recording that was hashed."""
+    reached, done = meter.part(0, size_bytes, HASH_SHARE), 0
+
+    def hashed(read_bytes: int) -> None:
+        nonlocal done
+        done += read_bytes
+        reached(done)
+
+    return hashed
+
+
 @contextmanager
-def _beside(advance: Advance) -> Iterator[tuple[ThreadPoolExecutor, Advance]]:
+def _beside(advance: Callable[[int], None]) -> Iterator[tuple[ThreadPoolExecutor, Callable[[int], None]]]:
     """A thread, and what it tells its progress to; it ends soon where this one fails or is interrupted."""
     given_up = threading.Event()
 

@@ -3,6 +3,7 @@
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -14,11 +15,10 @@ from typing import Any, Protocol, runtime_checkable
 import cv2
 
 from navtool.datasets.errors import OutputError
+from navtool.datasets.meter import Meter, Tell
 
-type Advance = Callable[[int], None]
-"""Called with the number of bytes read, 0 by work that reads none; raises where the work is no longer wanted."""
-
-_TELL_EVERY = 1 << 20
+_TELL_S = 0.05
+"""Between two times at which a process says how far it is and asks whether it is still wanted."""
 _POLL_S = 0.2
 
 
@@ -28,7 +28,7 @@ class Stopped(Exception):  # noqa: N818 - not an error: the ingest was asked to 
 
 @runtime_checkable
 class Workers(Protocol):
-    """Runs functions whose last argument is an `Advance`."""
+    """Runs steps: functions whose last argument is a `Meter`."""
 
     def __enter__(self) -> "Workers":
         """Begin."""
@@ -38,16 +38,16 @@ class Workers(Protocol):
     ) -> None:
         """End; what has not begun is not done, and what has begun ends soon."""
 
-    def submit[T](self, function: Callable[..., T], *arguments: Any) -> Future[T]:
-        """Have the function called."""
+    def submit[T](self, work: int, step: Callable[..., T], *arguments: Any) -> Future[T]:
+        """Have a step of so many units of work done."""
 
     def wait(self, futures: Collection[Future[Any]]) -> None:
-        """Return when one of these is done, or after a short while."""
+        """Return when one of these is done, or after a short while; whatever ended before is told then."""
 
 
-def make_workers(count: int, advance: Advance) -> Workers:
-    """This process alone, or so many beside it."""
-    return _Here(advance) if count == 1 else _Processes(count, advance)
+def make_workers(count: int, tell: Tell) -> Workers:
+    """This process alone, or so many beside it; how far the steps are is told in this one."""
+    return _Here(tell) if count == 1 else _Processes(count, tell)
 
 
 def outcome[T](future: Future[T]) -> T:
@@ -70,10 +70,10 @@ def _broken() -> OutputError:
 
 
 class _Here:
-    """Every function is called at once, in this process."""
+    """Every step is done at once, in this process."""
 
-    def __init__(self, advance: Advance) -> None:
-        self._advance = advance
+    def __init__(self, tell: Tell) -> None:
+        self._tell = tell
 
     def __enter__(self) -> "_Here":
         cv2.setNumThreads(1)
@@ -84,10 +84,12 @@ class _Here:
     ) -> None:
         return None
 
-    def submit[T](self, function: Callable[..., T], *arguments: Any) -> Future[T]:
+    def submit[T](self, work: int, step: Callable[..., T], *arguments: Any) -> Future[T]:
         future: Future[T] = Future()
         try:
-            future.set_result(function(*arguments, self._advance))
+            with Meter(work, self._tell) as meter:
+                result = step(*arguments, meter)
+            future.set_result(result)
         except Exception as error:
             future.set_exception(error)
         return future
@@ -98,15 +100,15 @@ class _Here:
 
 
 class _Processes:
-    """Processes that leave interrupts to this one, end with it, and count together what they read."""
+    """Processes that leave interrupts to this one, end with it, and count together what they do."""
 
-    def __init__(self, count: int, advance: Advance) -> None:
+    def __init__(self, count: int, tell: Tell) -> None:
         context = get_context("spawn")
-        self._advance = advance
-        self._read = context.Value("Q", 0)
+        self._tell = tell
+        self._counts = context.Array("Q", 2)
         self._stop = context.Event()
-        self._told = 0
-        self._pool = ProcessPoolExecutor(count, context, initializer=_begin, initargs=(self._read, self._stop))
+        self._told = (0, 0)
+        self._pool = ProcessPoolExecutor(count, context, initializer=_begin, initargs=(self._counts, self._stop))
 
     def __enter__(self) -> "_Processes":
         return self
@@ -117,19 +119,20 @@ class _Processes:
         self._stop.set()
         self._pool.shutdown(cancel_futures=True)
 
-    def submit[T](self, function: Callable[..., T], *arguments: Any) -> Future[T]:
+    def submit[T](self, work: int, step: Callable[..., T], *arguments: Any) -> Future[T]:
         try:
             # A process that this begins is deaf to interrupts from its first moment on, not only once it has imported.
             with _interrupts_held():
-                return self._pool.submit(_call, function, *arguments)
+                return self._pool.submit(_call, work, step, *arguments)
         except BrokenProcessPool as error:
             raise _broken() from error
 
     def wait(self, futures: Collection[Future[Any]]) -> None:
         wait(futures, _POLL_S, FIRST_COMPLETED)
-        read = int(self._read.value)
-        self._advance(read - self._told)
-        self._told = read
+        with self._counts.get_lock():
+            done, spared = self._counts[:]
+        self._tell(done - self._told[0], spared - self._told[1])
+        self._told = done, spared
 
 
 @contextmanager
@@ -142,17 +145,19 @@ def _interrupts_held() -> Iterator[None]:
 
 
 class _Telling:
-    """What a worker process knows of its parent."""
+    """What a worker process knows of its parent, and has not told it yet."""
 
-    read: Any = None
+    counts: Any = None
     stop: Any = None
-    untold: int = 0
+    done: int = 0
+    spared: int = 0
+    due_s: float = 0.0
 
 
-def _begin(read: Any, stop: Any) -> None:
+def _begin(counts: Any, stop: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     cv2.setNumThreads(1)
-    _Telling.read, _Telling.stop = read, stop
+    _Telling.counts, _Telling.stop = counts, stop
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
@@ -163,16 +168,28 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _call[T](function: Callable[..., T], *arguments: Any) -> T:
-    return function(*arguments, _advance)
+def _call[T](work: int, step: Callable[..., T], *arguments: Any) -> T:
+    try:
+        with Meter(work, _tell) as meter:
+            return step(*arguments, meter)
+    finally:
+        # Before its result is there: who has all results knows of all work.
+        _hand_over()
 
 
-def _advance(read_bytes: int) -> None:
-    _Telling.untold += read_bytes
-    if read_bytes and _Telling.untold < _TELL_EVERY:
+def _tell(done: int, spared: int) -> None:
+    _Telling.done += done
+    _Telling.spared += spared
+    if time.monotonic() < _Telling.due_s:
         return
-    with _Telling.read.get_lock():
-        _Telling.read.value += _Telling.untold
-    _Telling.untold = 0
+    _Telling.due_s = time.monotonic() + _TELL_S
+    _hand_over()
     if _Telling.stop.is_set():
         raise Stopped
+
+
+def _hand_over() -> None:
+    with _Telling.counts.get_lock():
+        _Telling.counts[0] += _Telling.done
+        _Telling.counts[1] += _Telling.spared
+    _Telling.done = _Telling.spared = 0

@@ -2,13 +2,13 @@
 
 import resource
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from zlib import crc32
 
-from navtool.datasets.ingest.workers import Advance
 from navtool.datasets.lineage import code_version, config_hash
+from navtool.datasets.meter import Meter
 from navtool.sim.drive.drive import Drive
 from navtool.sim.drive.failure import Failure
 from navtool.sim.drive.make import roll_out
@@ -128,9 +128,7 @@ def take_of(config: SimulationConfig, plan: Plan, stage: Stage, drive: Drive) ->
     )
 
 
-def make_episode(
-    config: SimulationConfig, plan: Plan, root: Path, staging: Path, advance: Advance
-) -> Episode | NotMade:
+def make_episode(config: SimulationConfig, plan: Plan, root: Path, staging: Path, meter: Meter) -> Episode | NotMade:
     """Drive an episode and write its recording; what is not finished lies in ``staging``.
 
     Args:
@@ -138,7 +136,7 @@ def make_episode(
         plan: Which one.
         root: Folder of all recordings.
         staging: Folder on the same disk for what is not finished.
-        advance: Called with the microseconds of the drive that have been recorded.
+        meter: Is told how much of the drive has been recorded.
 
     Raises:
         SimError: The recording cannot be written.
@@ -147,10 +145,11 @@ def make_episode(
         stage, drive = drive_episode(config, plan)
     except SimError as error:
         return NotMade(plan, str(error))
-    advance(0)
+    reached = meter.part(0, round(drive.duration_s * 1e9))
+    reached(0)
     take, counts = take_of(config, plan, stage, drive), Counter[str]()
     factory = MessageFactory(ros1=config.format is BagFormat.ros1)
-    told = _watched(entries(take, factory), plan.start_ns, counts, advance)
+    told = _watched(entries(take, factory), plan.start_ns, counts, reached)
     unfinished = staging / f"episode-{plan.number}"
     sha256, size = write_bag(root / plan.path, config.format, factory.store, take.topics(), told, unfinished)
     return Episode(
@@ -166,14 +165,14 @@ def make_episode(
     )
 
 
-def _watched(told: Iterable[Entry], start_ns: int, counts: Counter[str], advance: Advance) -> Iterator[Entry]:
+def _watched(
+    told: Iterable[Entry], start_ns: int, counts: Counter[str], reached: Callable[[int], None]
+) -> Iterator[Entry]:
     """The same entries, counted; with each picture and cloud the recording has advanced."""
-    last_ns = start_ns
     for entry in told:
         counts[entry.topic] += 1
         if entry.topic in {_PICTURES, _CLOUDS}:
-            advance((entry.record_ns - last_ns) // 1000)
-            last_ns = entry.record_ns
+            reached(entry.record_ns - start_ns)
         yield entry
 
 

@@ -4,43 +4,16 @@ import time
 from collections import deque
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Protocol, runtime_checkable
 
 from navtool.datasets.errors import OutputError
 from navtool.datasets.ingest.workers import Workers, make_workers, outcome
 from navtool.datasets.lineage import code_version
+from navtool.datasets.progress import Progress, Silent
 from navtool.sim.errors import SimError
 from navtool.sim.record.config import SimulationConfig
 from navtool.sim.record.episode import EPISODES_MOST, SEED_MOST, Episode, NotMade, make_episode, plan_episode
 from navtool.sim.record.output_folder import OutputFolder, open_output
 from navtool.sim.record.report import SimulationReport
-
-
-@runtime_checkable
-class Progress(Protocol):
-    """Who wants to know how far a simulation is; the command line draws it."""
-
-    def begin(self, episodes: int, duration_us: int) -> None:
-        """So many episodes are to be made, of so many microseconds in all."""
-
-    def advance(self, microseconds: int) -> None:
-        """So much more has been recorded."""
-
-    def done(self, episodes: int, name: str) -> None:
-        """So many episodes are done, this one last."""
-
-
-class Silent:
-    """Wants to know nothing."""
-
-    def begin(self, episodes: int, duration_us: int) -> None:
-        """Ignore it."""
-
-    def advance(self, microseconds: int) -> None:
-        """Ignore it."""
-
-    def done(self, episodes: int, name: str) -> None:
-        """Ignore it."""
 
 
 def simulate(
@@ -81,7 +54,7 @@ def simulate(
             missing = deque(number for number in range(episodes) if number not in folder.episodes)
             report.skipped = [number for number in range(episodes) if number in folder.episodes]
             report.notes = _notes(folder)
-            told.begin(len(missing), round(len(missing) * config.drive.duration_s * 1e6))
+            told.begin(len(missing), len(missing) * _work_of(config))
             with make_workers(min(workers, max(len(missing), 1)), told.advance) as pool:
                 _work(config, seed, missing, pool, min(workers, EPISODES_MOST), folder, report, told)
     except OutputError as error:
@@ -107,7 +80,7 @@ def _work(
     while missing or running:
         while missing and len(running) < at_once:
             plan = plan_episode(config, seed, missing.popleft())
-            running.add(pool.submit(make_episode, config, plan, folder.root, folder.staging))
+            running.add(pool.submit(_work_of(config), make_episode, config, plan, folder.root, folder.staging))
         finished = {future for future in running if future.done()}
         if not finished:
             pool.wait(running)
@@ -120,6 +93,12 @@ def _work(
                 report.episodes.append(made)
             progress.done(len(report.episodes) + len(report.not_made), made.plan.path)
         running -= finished
+    pool.wait(running)
+
+
+def _work_of(config: SimulationConfig) -> int:
+    """Of an episode: the microseconds of its drive."""
+    return round(config.drive.duration_s * 1e6)
 
 
 def _notes(folder: OutputFolder) -> list[str]:

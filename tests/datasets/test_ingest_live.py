@@ -12,28 +12,32 @@ import pytest
 
 from navtool.datasets.check import check_dataset
 from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.ingest.ingest import Silent, ingest
+from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.ingest.report import IngestReport
 from navtool.datasets.ingest.steps import segment_step
 from navtool.datasets.lineage import file_sha256
+from navtool.datasets.progress import Silent
 from navtool.datasets.robot import RobotConfig
 
 Write = Callable[..., Path]
 Drive = Callable[..., Any]
 CONTAINERS = ("ros1", "ros1_lz4", "db3", "mcap_small_chunks")
-SHARES = (0.0, 0.5, 1.2, 1.8, 2.2)
-"""Of the recording's bytes, of which ingest reads each up to three times."""
+SHARES = (0.0, 0.04, 0.2, 0.6, 0.8)
+"""Of the work, of which planning is the first eighth."""
 
 
 class Meddler(Silent):
-    """Does something once so many bytes were read."""
+    """Does something once a share of the work is done."""
 
-    def __init__(self, at_bytes: float, action: Callable[[], object]) -> None:
+    def __init__(self, share: float, action: Callable[[], object]) -> None:
         self.done_so = False
-        self._left, self._action = at_bytes, action
+        self._share, self._action, self._left = share, action, 0.0
 
-    def advance(self, read_bytes: int) -> None:
-        self._left -= read_bytes
+    def begin(self, _things: int, work: int) -> None:
+        self._left = self._share * work
+
+    def advance(self, done: int, _spared: int) -> None:
+        self._left -= done
         if self._left <= 0 and not self.done_so:
             self.done_so = True
             self._action()
@@ -70,7 +74,7 @@ def test_a_recording_that_vanishes_is_told(
     for number, share in enumerate(SHARES):
         path = tmp_path / f"{number}{whole.suffix}"
         (shutil.copy if whole.is_file() else shutil.copytree)(whole, path)
-        meddler = Meddler(share * file_of(path).stat().st_size, (path.unlink if path.is_file() else _remover(path)))
+        meddler = Meddler(share, path.unlink if path.is_file() else _remover(path))
         report = ingested(path, tmp_path / f"out-{number}", meddler)
         assert meddler.done_so or report.episodes
         told += [entry.reason for entry in report.quarantined]
@@ -106,13 +110,13 @@ def test_a_recording_that_is_replaced_between_its_readings_is_told(
 
 
 def grow(path: Path, share: float, folder: Path) -> None:
-    """Ingest a recording that is written on once a share of its bytes was read, and again when it is whole."""
+    """Ingest a recording that is written on once a share of the work is done, and again when it is whole."""
     recorder = _sqlite_recorder(path) if path.is_dir() else _plain_recorder(path)
     next(recorder)
-    meddler = Meddler(share * file_of(path).stat().st_size, lambda: next(recorder))
+    meddler = Meddler(share, lambda: next(recorder))
     out = folder / "out"
     first = ingested(path, out, meddler)
-    assert meddler.done_so or share > 1.0
+    assert meddler.done_so
     assert next(recorder, None) is None
     again = ingested(path, out)
     assert not again.quarantined
@@ -126,7 +130,7 @@ def grow(path: Path, share: float, folder: Path) -> None:
 def test_a_recording_that_grows_becomes_what_it_is_in_the_end(
     container: str, write_recording: Write, drive_entries: Drive, tmp_path: Path
 ) -> None:
-    grow(write_recording(container, drive_entries(3.0, ros1=container == "ros1")), 0.5, tmp_path)
+    grow(write_recording(container, drive_entries(3.0, ros1=container == "ros1")), 0.04, tmp_path)
 
 
 @pytest.mark.slow

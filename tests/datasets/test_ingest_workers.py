@@ -12,13 +12,14 @@ import pytest
 from navtool.datasets.check import check_dataset
 from navtool.datasets.errors import DatasetsError, OutputError
 from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.ingest.ingest import Silent, ingest
+from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.ingest.report import IngestReport
 from navtool.datasets.ingest.steps import segment_step
 from navtool.datasets.ingest.workers import make_workers
 from navtool.datasets.labels.apply import label_dataset
 from navtool.datasets.labels.config import LabelConfig
 from navtool.datasets.lineage import file_sha256
+from navtool.datasets.progress import Silent
 from navtool.datasets.reader import NavDataset
 from navtool.datasets.robot import RobotConfig
 
@@ -85,7 +86,7 @@ def test_the_first_recording_may_fail_late_with_workers(
         return segment_step(path, *rest)
 
     monkeypatch.setattr("navtool.datasets.ingest.ingest.segment_step", fail_on_a)
-    monkeypatch.setattr("navtool.datasets.ingest.ingest.make_workers", lambda _, advance: make_workers(1, advance))
+    monkeypatch.setattr("navtool.datasets.ingest.ingest.make_workers", lambda _, tell: make_workers(1, tell))
     report = _ingest([rich, poor], tmp_path / "out", workers=2, allow_missing=True)
     assert [entry.reason for entry in report.quarantined] == ["the second reading failed"]
     dataset = NavDataset(tmp_path / "out")
@@ -139,7 +140,7 @@ def test_a_worker_that_dies_ends_the_ingest_with_its_reason(
     write_recording: Write, drive_entries: Drive, tmp_path: Path
 ) -> None:
     class Killer(Silent):
-        def advance(self, _read_bytes: int) -> None:
+        def advance(self, _done: int, _spared: int) -> None:
             for worker in active_children():
                 worker.kill()
 
