@@ -13,7 +13,9 @@ _ONE_TABLE_COLUMNS = 130
 
 
 def inspect(
-    bag: Path = typer.Argument(..., help="A .bag, .mcap or .db3 file, or a rosbag2 folder.", show_default=False),
+    bag: str = typer.Argument(
+        ..., help="A .bag, .mcap or .db3 file, a rosbag2 folder, or a URL of one.", show_default=False
+    ),
     robot: str | None = typer.Option(None, "--robot", help="Robot preset or file whose topics to look for."),
     write_robot: Path | None = typer.Option(
         None, "--write-robot", help="Save the topic map as a new robot file to edit, in a folder that is there."
@@ -28,19 +30,19 @@ def inspect(
     Topics, types, rates, gaps, the distance between header and record clocks, and which topic ingest would take for
     which stream.
     """
-    from navtool.cli.arguments import require_folder_for, require_there
+    from navtool.cli.arguments import require_folder_for
     from navtool.cli.compose import UsageError
     from navtool.cli.console import console, print_json
     from navtool.cli.robots import find_robot
     from navtool.datasets.inspect import inspect_recording, robot_from
     from navtool.datasets.robot import save_robot_file
 
-    require_there(bag)
     require_folder_for(report, write_robot)
     if write_robot is not None and write_robot.exists():
         raise UsageError("is there already", where=write_robot, cure="name another file, or remove it")
     base = find_robot(robot, ())
-    inspection = inspect_recording(bag, base.topics)
+    recording = _local(bag)
+    inspection = inspect_recording(recording, base.topics)
     if write_robot is not None:
         save_robot_file(robot_from(base, inspection), write_robot)
     if report is not None:
@@ -49,7 +51,7 @@ def inspect(
         from navtool.datasets.report.samples import take_samples
 
         with console(error=True).status("drawing"):
-            page = recording_page(inspection, take_samples(bag, inspection))
+            page = recording_page(inspection, take_samples(recording, inspection))
         write_bytes(report, page.encode())
     if as_json:
         print_json(inspection.to_json())
@@ -59,6 +61,20 @@ def inspect(
         console().print(f"report: {report}", markup=False)
     if write_robot is not None:
         console().print(f"robot file: {write_robot}", markup=False)
+
+
+def _local(bag: str) -> Path:
+    """Where the recording lies; one that lies elsewhere is fetched, as for ingest."""
+    from navtool.cli.arguments import require_there
+    from navtool.cli.progress import fetching
+    from navtool.datasets.recording.remote import default_cache, is_url, local_paths
+
+    if not is_url(bag):
+        require_there(Path(bag))
+        return Path(bag)
+    with fetching() as fetched:
+        (path,) = local_paths([bag], default_cache(), fetched)
+    return path
 
 
 def print_inspection(inspection: "Inspection") -> None:

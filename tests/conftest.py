@@ -14,6 +14,7 @@ pytest_plugins = (
     "composed_factory",
     "disk_factory",
     "upstream_factory",
+    "web_factory",
 )
 
 # Before any of the modules is imported: every jaxtyping signature below is checked by beartype.

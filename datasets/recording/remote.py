@@ -7,6 +7,7 @@ import shutil
 import socket
 from collections.abc import Callable, Sequence
 from glob import glob
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +105,9 @@ def _files(system: Any, place: str) -> list[str]:
 
 
 def _common(names: Sequence[str]) -> str:
-    return os.path.commonpath([name.rpartition("/")[0] or "/" for name in names])
+    """The folder of all of them, spelled as they spell it: of ``http://`` not one slash may be lost."""
+    levels = zip(*(name.split("/")[:-1] for name in names), strict=False)
+    return "/".join(level[0] for level in takewhile(lambda level: len(set(level)) == 1, levels))
 
 
 def _inside(target: Path, base: Path) -> Path:

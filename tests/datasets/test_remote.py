@@ -1,11 +1,7 @@
 """Recordings fetched from elsewhere: an in-memory store and a real web server."""
 
-import re
 import socket
-import threading
 from collections.abc import Callable, Iterator
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
@@ -19,29 +15,6 @@ from navtool.datasets.recording.remote import local_paths
 
 type Entry = tuple[str, str, int, dict[str, Any]]
 IMU: list[Entry] = [("/imu", "sensor_msgs/msg/Imu", 10**9 + k * 10**7, {}) for k in range(9)]
-
-
-class _Quiet(SimpleHTTPRequestHandler):
-    def log_message(self, format: str, *args: Any) -> None:  # noqa: A002 - the base class's name
-        del format, args
-
-    def send_head(self) -> Any:
-        if found := re.match(r"/status-(\d+)/", self.path):
-            self.send_error(int(found[1]))
-            return None
-        return super().send_head()
-
-
-@pytest.fixture
-def server(tmp_path: Path) -> Iterator[tuple[str, Path]]:
-    folder = tmp_path / "served"
-    folder.mkdir()
-    with ThreadingHTTPServer(("127.0.0.1", 0), partial(_Quiet, directory=str(folder))) as running:
-        thread = threading.Thread(target=running.serve_forever)
-        thread.start()
-        yield f"http://127.0.0.1:{running.server_address[1]}", folder
-        running.shutdown()
-        thread.join()
 
 
 @pytest.fixture
