@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from navtool.pipeline.errors import NavtoolError
 
 _CURE = "the command's `--cfg job` prints every key with its value"
+_CURE_STRAY = "set settings with KEY=VALUE; folders and files are named with options, see the command's `--help`"
 
 
 class UsageError(NavtoolError):
@@ -37,6 +38,8 @@ def compose[T](config: str, overrides: Sequence[str], result: type[T]) -> T:
 
     if added := [override for override in overrides if override.startswith("+")]:
         raise UsageError(f"{', '.join(added)}: there is no such setting to add", cure=_CURE)
+    if stray := [override for override in overrides if "=" not in override and not override.startswith("~")]:
+        raise UsageError(f"{', '.join(stray)}: not of the form KEY=VALUE", cure=_CURE_STRAY)
     register(config)
     GlobalHydra.instance().clear()
     try:

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Self
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskID, TextColumn
 from rich.text import Text
 
 _DRAW_S = 0.1
@@ -27,15 +27,7 @@ class WorkProgress:
             things: What is counted, such as ``recordings``.
             clock: Seconds from any moment on.
         """
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.percentage:3.0f}%"),
-            _TimeLeft(),
-            console=Console(stderr=True),
-            transient=True,
-            get_time=clock,
-        )
+        self._bar = _bar(BarColumn(), TextColumn("{task.percentage:3.0f}%"), _TimeLeft(), clock=clock)
         self._things, self._clock, self._drawn_s = things, clock, 0.0
         self._count, self._total, self._done = 0, 0, 0
         self._task: TaskID | None = None
@@ -101,10 +93,23 @@ def _left_s(task: Task) -> float | None:
     return task.elapsed * task.remaining / task.completed
 
 
+def _bar(*columns: ProgressColumn, clock: Callable[[], float] | None = None) -> Progress:
+    """A bar that goes when it is done; where nobody looks at it nothing is drawn, not even an empty line."""
+    console = Console(stderr=True)
+    return Progress(
+        TextColumn("{task.description}"),
+        *columns,
+        console=console,
+        transient=True,
+        get_time=clock,
+        disable=not console.is_terminal,
+    )
+
+
 @contextmanager
 def fetching() -> Iterator[Callable[[str, int], None]]:
     """Draws what is being fetched, and how much of it has come: called with a URL and the bytes of each piece."""
-    bar = Progress(TextColumn("{task.description}"), BarColumn(), console=Console(stderr=True), transient=True)
+    bar = _bar(BarColumn())
     tasks: dict[str, TaskID] = {}
     fetched: dict[str, int] = {}
 
@@ -119,19 +124,3 @@ def fetching() -> Iterator[Callable[[str, int], None]]:
 
     with bar:
         yield fetch
-
-
-@contextmanager
-def counted(what: str, total: int) -> Iterator[Callable[[int, int], None]]:
-    """A bar that is moved by calling it with (done, total)."""
-    bar = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f}/{task.total:.0f}"),
-        TimeRemainingColumn(),
-        console=Console(stderr=True),
-        transient=True,
-    )
-    with bar:
-        task = bar.add_task(what, total=total)
-        yield lambda done, _: bar.update(task, completed=done)

@@ -117,6 +117,7 @@ CALLS: list[tuple[str, int, str]] = [
     ("inspect {text} --write-robot {absent}/robot.yaml", 2, "there is no such folder"),
     ("inspect {text} --write-robot {text}", 2, "is there already"),
     ("ingest --out {out}", 2, "no recording was named"),
+    ("simulate {out} --episodes 1", 2, "not of the form KEY=VALUE"),
     ("ingest {text}", 2, "--out"),
     ("ingest {absent} --out {out}", 2, "there is no such file or folder"),
     ("ingest {absent}/*.bag --out {out}", 2, "no file matches"),

@@ -2,7 +2,7 @@
 
 import pytest
 
-from navtool.cli.progress import WorkProgress
+from navtool.cli.progress import WorkProgress, fetching
 
 
 class Clock:
@@ -60,3 +60,14 @@ def test_the_steps_of_another_pace_do_not_make_the_end_jump() -> None:
     took_s = clock.now_s - began_s
     assert min(ends_s) > 0.75 * took_s
     assert max(ends_s) < 1.25 * took_s
+
+
+def test_nothing_is_drawn_where_nobody_looks(capfd: pytest.CaptureFixture[str]) -> None:
+    with fetching() as fetched:
+        fetched("http://host/run.bag", 10)
+    with WorkProgress("recordings") as bar:
+        bar.begin(1, 10)
+        bar.advance(10, 0)
+        bar.done(1, "a")
+    assert bar.share == 1.0
+    assert capfd.readouterr() == ("", "")
