@@ -12,6 +12,7 @@ from navtool.sim.legged.balance import Balance, Sway
 from navtool.sim.legged.body import FOOT_RADIUS_M, HIP_OFFSET_M, HIPS_M, JOINT_DAMPING_NMS, LEGS, SIDES
 from navtool.sim.legged.body_motion import BodyMotion, body_motion
 from navtool.sim.legged.controller_config import CONTROL_S, ControllerConfig
+from navtool.sim.legged.felt_grip import FeltGrip
 from navtool.sim.legged.gaits import Gait
 from navtool.sim.legged.leg_kinematics import joints_for_foot
 from navtool.sim.legged.stance import ground_forces
@@ -77,6 +78,8 @@ class Controller:
             foot[2] -= FOOT_RADIUS_M
         self._angles, self._rates = [0.0] * 12, [0.0] * 12
         self._in_air = [False] * 4
+        self.grip = FeltGrip()
+        self._asked = [0.0] * 4
         self._plane = SupportPlane(_PLANE_LAG_S)
         self._plane.follow(self._stood_m, (body.cosine, body.sine), math.inf)
 
@@ -101,14 +104,24 @@ class Controller:
                 x, y, z = feet[leg]
                 self._stood_m[leg] = [x, y, z - FOOT_RADIUS_M]
         self._plane.follow(self._stood_m, (body.cosine, body.sine), CONTROL_S)
+        for leg, site in enumerate(self._sites):
+            mujoco.mj_jacSite(self._model, data, self._rows[leg], None, site)
+        self._feel(data, force_n)
         told, self._acceleration[6:] = self._told(body, touching)
         wrench = self._balance.wrench(body, data.qfrc_bias[:6], self._plane, self.command, self._sway(body))
         mujoco.mj_mulM(self._model, data, self._legs, self._acceleration)
-        for leg, site in enumerate(self._sites):
-            mujoco.mj_jacSite(self._model, data, self._rows[leg], None, site)
-        forces = ground_forces(self._jacobian, wrench + self._legs[:6], self.stepping.trust())
+        trust = self.stepping.trust()
+        forces = ground_forces(self._jacobian, wrench + self._legs[:6], trust, self.grip.friction)
+        self._asked = [math.hypot(x, y) / z if z > 0.0 else 0.0 for x, y, z in forces.reshape(4, 3).tolist()]
         torque = data.qfrc_bias[6:18] + JOINT_DAMPING_NMS * data.qvel[6:18] + self._legs[6:]
         return told._replace(torque_nm=torque - forces @ self._jacobian[:, 6:18])
+
+    def _feel(self, data: mujoco.MjData, force_n: Float64[Array, "4"]) -> None:
+        """Learn from feet that slide although they carry."""
+        velocity = (self._jacobian @ data.qvel).reshape(4, 3)
+        speed = [math.hypot(x, y) for x, y, _ in velocity.tolist()]
+        standing = [mode is LegMode.STANCE for mode in self.stepping.modes]
+        self.grip.feel(speed, force_n.tolist(), self._asked, standing)
 
     def _follow(self, speed_mps: float, turn_radps: float) -> None:
         """Bring the kept command nearer to the given one."""

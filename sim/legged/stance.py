@@ -10,8 +10,6 @@ from navtool.pipeline.arrays import Array
 
 LEAST_N, MOST_N = 8.0, 450.0
 """Bounds of what a standing foot presses with."""
-GRIP = 0.55
-"""Friction that the controller counts on; it does not know the ground."""
 _WEIGHTS = np.array([1.0, 1.0, 1.5, 14.0, 14.0, 8.0])
 """Of an error in each component of the wrench: newtons along x, y, z and newton metres about the body's axes."""
 _EFFORT = 0.15
@@ -29,7 +27,7 @@ _DIAGONAL = [(np.arange(3 * leg, 3 * leg + 3),) * 2 for leg in range(4)]
 
 
 def ground_forces(
-    jacobian: Float64[Array, "12 18"], wrench: Float64[Array, "6"], trust: Sequence[float]
+    jacobian: Float64[Array, "12 18"], wrench: Float64[Array, "6"], trust: Sequence[float], friction: float
 ) -> Float64[Array, "12"]:
     """Return the force in N, in world axes, that the ground shall exert on each foot: x, y, z by leg.
 
@@ -43,6 +41,7 @@ def ground_forces(
         jacobian: Of the feet: rows x, y, z by leg, columns the body's six velocities and the joints'.
         wrench: The force (world axes) and torque (body's axes) wanted.
         trust: How much each foot may carry, 0 (it is in the air) to 1.
+        friction: Coulomb's coefficient that is counted on; above 0.
     """
     standing = [leg for leg in range(4) if trust[leg] > 0.0]
     wrench_of_forces = jacobian[:, :6]
@@ -73,6 +72,6 @@ def ground_forces(
         x, y, z = rows[leg]
         z = min(max(z, LEAST_N), MOST_N)
         across = (x * x + y * y) ** 0.5
-        share = GRIP * z / across if across > GRIP * z else 1.0
+        share = friction * z / across if across > friction * z else 1.0
         rows[leg] = [x * share, y * share, z]
     return np.array(rows).reshape(-1)
