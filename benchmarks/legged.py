@@ -43,6 +43,8 @@ SURFACES = ("concrete", "asphalt", "gravel", "sand", "mulch", "grass", "tall_gra
 ORDERED = ("concrete", "gravel", "rock_bed")
 """Stable, granular, poor foothold: what has to shake and cost more and more."""
 STABLE = ("concrete", "asphalt")
+START_M = -6.0
+"""Where walks over the places begin: around the place's start, at -12 m, nothing grows."""
 SETTLE_S = 2.0
 STEP_S = 0.2
 
@@ -98,7 +100,7 @@ def main() -> None:
 
 def surface(name: str, seed: int) -> Footing:
     """A place without hills that is all of one surface; tall grass grows in patches that leave little free."""
-    ground, patches = ("grass", 60) if name == "tall_grass" else (name, 0)
+    ground, patches = ("grass", 120) if name == "tall_grass" else (name, 0)
     grass = Scatter(count=patches, gap_m=-1.0, size=[0.5, 1.0])
     config = ScenarioConfig(name=name, ground=ground, side_m=36.0, course_m=24.0, hills_m=0.0, grass_patches=grass)
     return WorldFooting(make_world(config, seed))
@@ -106,7 +108,7 @@ def surface(name: str, seed: int) -> Footing:
 
 def walk(footing: Footing, gait: GaitName, seed: int, speed_mps: float, metres: float) -> Walk:
     """Walk along the x axis, held on it as a driver would."""
-    start_m = -10.0 if isinstance(footing, WorldFooting) else 0.0
+    start_m = START_M if isinstance(footing, WorldFooting) else 0.0
     robot = LeggedRobot(footing, gait=gait, start=(start_m, 0.0, 0.0))
     start = time.process_time()
     state = robot.state()

@@ -26,6 +26,8 @@ class Grip:
     metre a second across it; 0 on bare ground."""
     cover_m: Float64[Array, "n"]
     """How high it grows above the ground, 0 on bare ground."""
+    stems_n: Float64[Array, "n"]
+    """Bending stiffness of the stems that stand there: E I, summed over a square metre; 0 or more."""
 
 
 @runtime_checkable

@@ -9,6 +9,7 @@ from jaxtyping import Float64
 from navtool.pipeline.arrays import Array
 from navtool.sim.legged.body import IMPEDANCE, LEGS, PROBE_RADIUS_M, PROBES, STEP_S
 from navtool.sim.legged.controller_config import CONTROL_S
+from navtool.sim.legged.stems import bending_n
 from navtool.sim.legged.terrain import Terrain
 
 SOLE_NPM, SOLE_NSPM = 60_000.0, 400.0
@@ -22,6 +23,12 @@ _STOPS_HZ = 0.9 / STEP_S
 """Damping that nearly stops a foot within a physics step; more would throw it back."""
 _LIMB_M, _TRUNK_M = 0.33, 0.85
 """Lengths of a shank or thigh, and of the trunk."""
+LIMB_WIDTHS_M = (*(0.044,) * 4, *(0.09,) * 4, 0.24)
+"""How wide shanks, thighs and trunk are where they meet stems."""
+_LOWEST_M = 0.1
+"""Stems are met no lower than this: nearer to their roots they are pushed aside with the soil."""
+_CREEP_MPS = 0.05
+"""Slower limbs are held by stems in proportion to their speed: those bent already are not bent again."""
 _STANDING_M = (0.0, 0.25, 0.41)
 """How high the lowest points of shanks, thighs and trunk are in a standing robot."""
 
@@ -55,7 +62,7 @@ class Ground:
         self._per_kg = (1 - IMPEDANCE) * model.body_invweight0[bodies, 0]
         self._limb_per_kg: list[float] = model.body_invweight0[:, 0].tolist()
         self._jacobian = np.zeros((3, model.nv))
-        self._grip, self._ticks = np.zeros((PROBES, 5)), 0
+        self._grip, self._ticks = np.zeros((PROBES, 6)), 0
         self._cover_top_m, self._low_m, self._depth_m = np.zeros((3, PROBES))
 
     def reset(self, data: mujoco.MjData) -> None:
@@ -102,8 +109,9 @@ class Ground:
     def hold(self, data: mujoco.MjData, *, freed: bool = False) -> float:
         """Let plants and mud hold each part of the body as it moves through them, and return how hard, in N.
 
-        Shanks, thighs and the trunk are rods; what of a rod's length is below the plants' tops is held in its middle,
-        and never harder than stops it within a tick: however dense the plants, they give it no push.
+        Shanks, thighs and the trunk are rods; what of a rod's length is below the plants' tops is held in its middle:
+        by drag that grows with its speed, and by the stems that it bends past. It is never held harder than stops it
+        within a tick: however dense the plants, they give it no push.
 
         Args:
             data: The robot's state.
@@ -115,13 +123,19 @@ class Ground:
             return 0.0
         depth = self._cover_top_m - self._low_m
         total = 0.0
-        for limb, deep, drag in zip(self._limbs, depth[:9].tolist(), self._grip[:9, 3].tolist(), strict=True):
+        drag, height_m, stems = self._grip[:9, 3:].T.tolist()
+        for i, (limb, deep) in enumerate(zip(self._limbs, depth[:9].tolist(), strict=True)):
             length, height = (_TRUNK_M, 2.0 * PROBE_RADIUS_M[8]) if limb == self._trunk else (_LIMB_M, _LIMB_M)
             inside = length * min(max(deep / height, 0.0), 1.0)
             if inside > 0.0:
                 mujoco.mj_jac(self._model, data, self._jacobian, None, data.xipos[limb], limb)
-                held = inside * drag
-                force = -held / (1.0 + held * self._limb_per_kg[limb] * CONTROL_S) * (self._jacobian @ data.qvel)
+                velocity = self._jacobian @ data.qvel
+                held = inside * drag[i]
+                if stems[i] > 0.0:
+                    middle = max(_LOWEST_M, height_m[i] - deep + 0.5 * min(deep, height))
+                    bends = bending_n(stems[i], LIMB_WIDTHS_M[i], middle) * inside / length
+                    held += bends / max(math.hypot(*velocity.tolist()), _CREEP_MPS)
+                force = -held / (1.0 + held * self._limb_per_kg[limb] * CONTROL_S) * velocity
                 data.xfrc_applied[limb, :3] = force
                 total += math.hypot(*force.tolist())
         return total

@@ -20,8 +20,8 @@ class Contact(NamedTuple):
 
     point_m: Float64[Array, "n 3"]
     normal: Float64[Array, "n 3"]
-    grip: Float64[Array, "n 5"]
-    """Friction, stiffness (N/m), damping (N s/m), drag (N s/m2) and cover (m) of the ground there."""
+    grip: Float64[Array, "n 6"]
+    """Friction, stiffness (N/m), damping (N s/m), drag (N s/m2), cover (m) and stems (N) of the ground there."""
 
 
 class Terrain:
@@ -53,11 +53,11 @@ class Terrain:
         across, along = np.meshgrid(x, y)
         grip = footing.grip_at(across.reshape(-1), along.reshape(-1))
         self._grip = np.stack(
-            [grip.friction, grip.stiffness_npm, grip.damping_nspm, grip.drag_nspm2, grip.cover_m], axis=-1
+            [grip.friction, grip.stiffness_npm, grip.damping_nspm, grip.drag_nspm2, grip.cover_m, grip.stems_n], axis=-1
         )
         low = self._grip.min(axis=0)
         if not (np.isfinite(self._grip).all() and low[0] > 0 and low[1] > 0 and low[2:].min() >= 0):
-            what = f"the least friction, stiffness, damping, drag and cover of a footing are {low.tolist()}"
+            what = f"the least friction, stiffness, damping, drag, cover and stems of a footing are {low.tolist()}"
             raise SimError(what, cure="friction and stiffness must be above 0, the others 0 or more, all finite")
 
     def height(self, xy: Float64[Array, "*any 2"]) -> Float64[Array, "*any"]:

@@ -19,6 +19,8 @@ from navtool.sim.legged.vehicle import AFTER_FALL_S, LeggedVehicle
 from navtool.sim.legged.world_footing import LOOSE_M, REFERENCE_MPS, WINDING, WorldFooting
 from navtool.sim.legged.world_obstacles import world_obstacles
 from navtool.sim.world.height_field import HeightField
+from navtool.sim.world.kinds import KINDS, Spot
+from navtool.sim.world.mesh import join_meshes
 from navtool.sim.world.obstacle import Obstacle, Obstacles
 from navtool.sim.world.place import World, make_world
 from navtool.sim.world.scenario import Scatter, ScenarioConfig
@@ -28,7 +30,7 @@ SIDE_M = 24.0
 
 
 def level(ground: str = "concrete", *obstacles: Obstacle) -> World:
-    """A small level place of one ground with things in it."""
+    """A small level place of one ground with things in it; tall grass in its middle is as dense as there are of it."""
     world = make_world(ScenarioConfig(name="level", ground=ground, side_m=SIDE_M, course_m=16.0), 0)
     drag = np.full(world.ground.surface.shape, SURFACES[surface_number(ground)].drag_per_m, np.float32)
     axis = (np.arange(len(drag)) + 0.5) * world.ground.cell_m - SIDE_M / 2
@@ -38,8 +40,16 @@ def level(ground: str = "concrete", *obstacles: Obstacle) -> World:
         drag[inside] = np.maximum(drag[inside], SURFACES[item.surface].drag_per_m)
     heights = np.zeros_like(world.ground.heights_m)
     field = HeightField(cell_m=world.ground.cell_m, heights_m=heights, surface=world.ground.surface, drag_per_m=drag)
+    grass = [item for item in obstacles if item.surface == surface_number("tall_grass")]
+    blades = [
+        KINDS["grass_patches"].mesh(Spot(0, item.x_m, item.y_m, 1.0, 0), np.random.default_rng(number))
+        for number, item in enumerate(grass)
+    ]
+    mesh = join_meshes(
+        [world.mesh, *(one.moved(item.x_m, item.y_m, 0.0) for one, item in zip(blades, grass, strict=True))]
+    )
     return dataclasses.replace(
-        world, ground=field, obstacles=Obstacles(obstacles), start_m=(-8.0, 0.0), goal_m=(8.0, 0.0)
+        world, mesh=mesh, ground=field, obstacles=Obstacles(obstacles), start_m=(-8.0, 0.0), goal_m=(8.0, 0.0)
     )
 
 
@@ -165,12 +175,14 @@ def test_the_ground_holds_as_the_world_says(park: World) -> None:
     assert grip.friction == pytest.approx([surface.friction for surface in surfaces], rel=1e-6)
     assert grip.stiffness_npm == pytest.approx([surface.stiffness_npm for surface in surfaces], rel=1e-6)
     assert grip.damping_nspm == pytest.approx([surface.damping_nspm for surface in surfaces], rel=1e-6)
-    assert np.array_equal(grip.drag_nspm2 > 0, park.ground.drag_at(x, y) > 0)
-    assert np.array_equal(grip.cover_m > 0, grip.drag_nspm2 > 0)
+    holds = (grip.drag_nspm2 > 0) | (grip.stems_n > 0)
+    assert holds.any()
+    assert not holds[park.ground.drag_at(x, y) == 0].any()
+    assert np.array_equal(grip.cover_m > 0, holds)
 
 
 @pytest.mark.parametrize(
-    ("ground", "plant", "winding"), [("concrete", "tall_grass", WINDING), ("mud", None, 1.0), ("sand", None, 1.0)]
+    ("ground", "plant", "winding"), [("concrete", "bush_leaf", WINDING), ("mud", None, 1.0), ("sand", None, 1.0)]
 )
 def test_at_the_reference_speed_a_standing_robot_is_held_as_a_coasting_body(
     ground: str, plant: str | None, winding: float
@@ -187,17 +199,18 @@ def test_at_the_reference_speed_a_standing_robot_is_held_as_a_coasting_body(
 
 
 def test_the_cover_ends_where_the_plants_end() -> None:
-    footing = WorldFooting(level("sand", thing("patch", "tall_grass", 0.0, 2.0, 0.9)))
-    grip = footing.grip_at(np.array([1.8, 2.2]), np.zeros(2))
+    footing = WorldFooting(level("sand", thing("patch", "tall_grass", 0.0, 1.0, 0.9)))
+    grip = footing.grip_at(np.array([0.8, 1.2]), np.zeros(2))
     assert grip.cover_m.tolist() == [0.9, LOOSE_M]
+    assert (grip.stems_n > 0).tolist() == [True, False]
 
 
 def test_tall_grass_slows_it_and_costs_current_unless_it_is_freed() -> None:
     went, drawn_w = [], []
-    patch = thing("patch", "tall_grass", 0.0, 4.0, 0.9)
-    for things, freed in (((), False), ((patch,), True), ((patch,), False)):
+    patch = thing("patch", "tall_grass", 0.0, 2.2, 0.9)
+    for things, freed in (((), False), ((patch, patch), True), ((patch, patch), False)):
         vehicle = LeggedVehicle(level("concrete", *things))
-        vehicle.reset(-3.0, 0.0, 0.0)
+        vehicle.reset(-1.0, 0.0, 0.0)
         state = vehicle.step(0.5, 0.0, 2.0, freed=freed)
         battery = vehicle.drive(1).battery.values
         went.append(state.x_m)
@@ -205,6 +218,16 @@ def test_tall_grass_slows_it_and_costs_current_unless_it_is_freed() -> None:
     assert went[1] == went[0]
     assert went[2] < went[0] - 0.02
     assert drawn_w[2] > drawn_w[0] + 10.0
+
+
+def test_grass_that_is_dense_enough_holds_it_and_thinner_grass_does_not() -> None:
+    patch = thing("patch", "tall_grass", 0.0, 2.2, 0.9)
+    held = []
+    for dense in (1, 6):
+        vehicle = LeggedVehicle(level("grass", *(patch,) * dense))
+        vehicle.reset(-2.0, 0.0, 0.0)
+        held.append(any(vehicle.step(0.5, 0.0, 0.2).held for _ in range(30)))
+    assert held == [False, True]
 
 
 def test_what_takes_most_of_its_speed_holds_it() -> None:
