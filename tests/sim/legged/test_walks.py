@@ -21,10 +21,10 @@ MAY_FALL = ("mud", "rock_bed")
 """Where a gait may fall; nowhere else."""
 EQUAL_MPS = 0.3
 CRUISE_MPS = {GaitName.TROT: 0.6, GaitName.CRAWL: 0.3, GaitName.AMBLE: 0.6}
-SEEDS = (21, 22)
+SEEDS = (21,)
 START_M = -6.0
-FAR = ("concrete", "gravel")
-"""Where it walks 20 m; elsewhere 6 m."""
+FAR = ("concrete",)
+"""Where it walks 20 m; elsewhere 3 m."""
 
 Walk = Callable[[str, GaitName, int, float, float], Drive]
 
@@ -80,7 +80,7 @@ def test_it_walks_on_concrete_and_reaches_what_it_was_sent_to(walk: Walk, gait: 
     "gait", [gait if gait is GaitName.TROT else pytest.param(gait, marks=pytest.mark.slow) for gait in GaitName]
 )
 def test_gravel_costs_more_current_than_concrete_and_tall_grass_more_than_gravel(walk: Walk, gait: GaitName) -> None:
-    drawn = [current_a(walk(surface, gait, 21, 2.5, EQUAL_MPS)) for surface in ("concrete", "gravel", "tall_grass")]
+    drawn = [current_a(walk(surface, gait, 21, 3.0, EQUAL_MPS)) for surface in ("concrete", "gravel", "tall_grass")]
     assert drawn[0] < drawn[1] < drawn[2]
 
 
@@ -88,7 +88,7 @@ def test_gravel_costs_more_current_than_concrete_and_tall_grass_more_than_gravel
 @EVERY_GAIT
 @pytest.mark.parametrize("surface", SURFACES)
 def test_it_walks_far_on_every_surface(walk: Walk, surface: str, gait: GaitName) -> None:
-    metres = 20.0 if surface in FAR else 6.0
+    metres = 20.0 if surface in FAR else 3.0
     drive = walk(surface, gait, 1, metres, CRUISE_MPS[gait])
     if surface in STABLE:
         assert drive.failures == ()
@@ -103,7 +103,7 @@ def test_it_walks_far_on_every_surface(walk: Walk, surface: str, gait: GaitName)
 @EVERY_GAIT
 def test_worse_ground_shakes_it_more_and_costs_more_current_at_the_same_speed(walk: Walk, gait: GaitName) -> None:
     grounds = ("concrete", "gravel", "rock_bed")
-    drives = [[walk(ground, gait, seed, 4.0, EQUAL_MPS) for seed in SEEDS] for ground in grounds]
+    drives = [[walk(ground, gait, seed, 3.0, EQUAL_MPS) for seed in SEEDS] for ground in grounds]
     shaken = [np.mean([vibration(drive) for drive in same]) for same in drives]
     drawn = [np.mean([current_a(drive) for drive in same]) for same in drives]
     assert shaken[0] < shaken[1] < shaken[2]
@@ -113,7 +113,7 @@ def test_worse_ground_shakes_it_more_and_costs_more_current_at_the_same_speed(wa
 @pytest.mark.slow
 def test_the_trot_shakes_it_more_than_the_crawl(walk: Walk) -> None:
     trot, crawl = (
-        np.mean([vibration(walk("rock_bed", gait, seed, 4.0, EQUAL_MPS)) for seed in SEEDS])
+        np.mean([vibration(walk("rock_bed", gait, seed, 3.0, EQUAL_MPS)) for seed in SEEDS])
         for gait in (GaitName.TROT, GaitName.CRAWL)
     )
     assert trot > 1.2 * crawl
