@@ -76,7 +76,7 @@ def test_a_finished_run_goes_on_with_more_epochs_and_is_not_overwritten(
     first = navtool("train", "--data", small_dataset, "--out", run, *SMALL)
     assert first.code == 0, first.err
     again = navtool("train", "--data", small_dataset, "--out", run, *SMALL)
-    assert again.code == 1
+    assert again.code == 2, "the call is wrong"
     assert "holds a run already" in again.err
     resumed = navtool("train", "--resume", run)
     assert resumed.code == 0, resumed.err
@@ -87,6 +87,6 @@ def test_a_job_that_fails_says_why_once(navtool: Callable[..., Any], small_datas
     absent = tmp_path / "weights.pt"
     setting = f"model.pretrained_image_weights={absent}"
     single = navtool("train", "--data", small_dataset, "--out", tmp_path / "a", setting)
-    assert single.code == 1
+    assert single.code == 2, "the call is wrong"
     assert "weights.pt" in single.err
     assert single.err.count("error:") == 1

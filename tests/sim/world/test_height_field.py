@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from navtool.pipeline.arrays import Array
 from navtool.sim.world.height_field import SKIRT_M, SKIRT_TRIANGLES, HeightField
 from navtool.sim.world.ray_scene import RayScene
+from navtool.sim.world.surfaces import SURFACES, surface_number
 
 type FieldOf = Callable[[Array], HeightField]
 
@@ -87,5 +88,7 @@ def test_an_edge_that_is_not_level_is_refused(field_of: FieldOf) -> None:
 def test_contact_numbers_are_those_of_the_surface(field_of: FieldOf) -> None:
     field = field_of(np.zeros((9, 9)))
     x, y = np.array([-1.75, -1.25]), np.array([-1.75, -1.75])  # cells of concrete and asphalt
-    assert field.contact_at(x, y, "friction") == pytest.approx([0.9, 0.85])
-    assert field.contact_at(x, y, "stiffness_npm") == pytest.approx([2.0e5, 1.5e5])
+    concrete, asphalt = (SURFACES[surface_number(name)] for name in ("concrete", "asphalt"))
+    assert concrete.friction != asphalt.friction
+    assert field.contact_at(x, y, "friction") == pytest.approx([concrete.friction, asphalt.friction])
+    assert field.contact_at(x, y, "stiffness_npm") == pytest.approx([concrete.stiffness_npm, asphalt.stiffness_npm])
