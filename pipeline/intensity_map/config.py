@@ -1,0 +1,177 @@
+"""The grid, the layers and the thresholds of an intensity map."""
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+
+class Reduction(StrEnum):
+    """What a cell of a layer holds of its points' intensities."""
+
+    sum = "sum"
+    """Their sum over the cell's area, per square metre: eq. 1 as printed. It falls with the square of the range."""
+    mean = "mean"
+    max = "max"
+
+
+class FlatLayers(StrEnum):
+    """How the layers z = 0 and z = -epsilon are cut (NOTES M2)."""
+
+    angular = "angular"
+    """By elevation: the beams nearest the horizon, and the next ones below."""
+    metric = "metric"
+    """By height: thin slabs, which a VLP-16 has no points in beyond a metre or two."""
+
+
+@dataclass(kw_only=True, slots=True)
+class GridConfig:
+    """A square grid around the sensor: cell (r, c) covers x from (r - n/2) g on and y from (c - n/2) g on, g wide."""
+
+    cells: int = 200
+    """n, cells along x and along y, even, 16 to 2000; the paper's 200."""
+    cell_m: float = 0.1
+    """g, side of a cell in metres, 0.01 to 2."""
+
+    def __post_init__(self) -> None:
+        if not 16 <= self.cells <= 2000 or self.cells % 2:
+            raise ValueError(f"grid.cells = {self.cells} has to be an even number of 16 to 2000; the paper uses 200")
+        if not 0.01 <= self.cell_m <= 2:
+            raise ValueError(f"grid.cell_m = {self.cell_m} m is outside 0.01-2 m")
+
+    @property
+    def half_m(self) -> float:
+        """How far the grid reaches from the sensor along each axis."""
+        return 0.5 * self.cells * self.cell_m
+
+
+@dataclass(kw_only=True, slots=True)
+class LayerConfig:
+    """Which points belong to which layer, and what a cell makes of them. Heights are relative to the sensor."""
+
+    height_m: float = 0.5
+    """h: the upper layer is (0, h], the lower one [-h, 0), in metres, above 0."""
+    flat: FlatLayers = FlatLayers.angular
+    """How the layers z = 0 and z = -epsilon are cut."""
+    flat_rad: float = math.radians(2.0)
+    """Half the opening of the angular layer z = 0, whose upper edge is at +flat_rad; z = -epsilon is the same opening
+    below it. In (0, 0.2]. A VLP-16 has beams at +-1 and +-3 degrees."""
+    flat_m: float = 0.02
+    """Half the thickness of the metric layer z = 0; z = -epsilon is the slab of the same thickness below it."""
+    sensor_height_m: float = 0.75
+    """Height of the sensor above the ground that the robot stands on, in metres, above 0."""
+    ground_margin_m: float = 0.25
+    """Points that rise less above the lowest ones around them are ground and in no layer; 0 keeps all, as printed."""
+    full_scale: float = 255.0
+    """R, the largest intensity of the sensor, above 0: intensities are divided by it."""
+    reduction: Reduction = Reduction.mean
+    """What a cell holds: sum, mean or max."""
+
+    def __post_init__(self) -> None:
+        if not 0 < self.flat_rad <= 0.2 or not 0 < self.flat_m <= 1:
+            raise ValueError(f"need 0 < flat_rad <= 0.2 and 0 < flat_m <= 1, got {self.flat_rad} and {self.flat_m} m")
+        for name in ("height_m", "sensor_height_m", "full_scale"):
+            value: float = getattr(self, name)
+            if not (value > 0 and math.isfinite(value)):
+                raise ValueError(f"{name} = {value} has to be above 0")
+        if not 0 <= self.ground_margin_m <= 2:
+            raise ValueError(f"ground_margin_m = {self.ground_margin_m} m is outside 0-2 m; 0 keeps the ground")
+
+
+@dataclass(kw_only=True, slots=True)
+class ObstacleConfig:
+    """When a cell is solid."""
+
+    threshold: float = 0.57
+    """Gamma of eq. 3: in units of R for mean and max, of R per square metre for sum. Above 0."""
+    pooling_cells: int = 2
+    """Intensities and points of cells up to so far away count as the cell's own, 0 to 10; 0 is eq. 3 as printed."""
+
+    def __post_init__(self) -> None:
+        if not self.threshold > 0:
+            raise ValueError(f"threshold = {self.threshold} has to be above 0; `navtool fit` measures one")
+        if not 0 <= self.pooling_cells <= 10:
+            raise ValueError(f"pooling_cells = {self.pooling_cells} is outside 0-10")
+
+
+@dataclass(kw_only=True, slots=True)
+class GlassConfig:
+    """When a weak patch of returns is glass, how far it is extended, and how long it is remembered (NOTES M4)."""
+
+    intensity: float = 0.2
+    """Returns of glass are weaker than this, in units of R, in (0, 1]."""
+    points: int = 6
+    """A patch has at least so many points in the layer z = 0; at least 3."""
+    thickness_m: float = 0.04
+    """Standard deviation of a patch across its own direction is below this, in metres, above 0."""
+    incidence_rad: float = math.radians(12.0)
+    """The patch faces the sensor: its normal lies within this angle of the beams, in (0, 1.5)."""
+    extend_m: float = 0.5
+    """The patch is the part of a pane that the beams meet at right angles: it is extended on both sides by so much, or
+    to the first solid cell. In metres, 0 to 10."""
+    clouds: int = 2
+    """A cell is transparent once patches in so many clouds have covered it; at least 1."""
+    decay_s: float = 60.0
+    """It is forgotten so long after the last one, in seconds, above 0."""
+    jump_m: float = 1.0
+    """A pose that lies further than this from the one before it is a jump of the odometry: all is forgotten then."""
+
+    def __post_init__(self) -> None:
+        if not 0 < self.intensity <= 1 or self.points < 3 or self.clouds < 1:
+            what = f"intensity {self.intensity}, {self.points} points, {self.clouds} clouds"
+            raise ValueError(f"{what}: need an intensity in (0, 1], 3 points and 1 cloud at least")
+        if not 0 < self.incidence_rad < 1.5 or not 0 <= self.extend_m <= 10:
+            raise ValueError(f"need 0 < incidence_rad < 1.5 and extend_m in 0-10 m, got {self}")
+        for name in ("thickness_m", "decay_s", "jump_m"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name} = {getattr(self, name)} has to be above 0")
+
+
+class Inflation(StrEnum):
+    """In which directions obstacles grow."""
+
+    adaptive = "adaptive"
+    """Away from the goal, and a little everywhere: eq. 8 and 9."""
+    uniform = "uniform"
+    """Over the whole square kernel: the paper's ablation."""
+
+
+@dataclass(kw_only=True, slots=True)
+class InflationConfig:
+    """How far obstacles grow, in cells."""
+
+    method: Inflation = Inflation.adaptive
+    """adaptive or uniform."""
+    size_cells: int = 11
+    """e, side of the kernel, odd, 1 to 101: obstacles grow by (e - 1) / 2 cells."""
+    padding_cells: int = 1
+    """Half the thickness of the line away from the goal, 0 to (e - 1) / 2."""
+    minor_cells: int = 2
+    """How far obstacles grow in every direction with adaptive inflation, 0 to (e - 1) / 2: half the robot's width."""
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.size_cells <= 101 or self.size_cells % 2 == 0:
+            raise ValueError(f"inflation.size_cells = {self.size_cells} has to be an odd number of 1 to 101")
+        reach = (self.size_cells - 1) // 2
+        if not 0 <= self.padding_cells <= reach or not 0 <= self.minor_cells <= reach:
+            what = f"padding_cells = {self.padding_cells} and minor_cells = {self.minor_cells}"
+            raise ValueError(f"{what} have to be within 0-{reach}, half of size_cells = {self.size_cells}")
+
+
+@dataclass(kw_only=True, slots=True)
+class IntensityMapConfig:
+    """Everything that decides an intensity map."""
+
+    grid: GridConfig = field(default_factory=GridConfig)
+    layers: LayerConfig = field(default_factory=LayerConfig)
+    obstacles: ObstacleConfig = field(default_factory=ObstacleConfig)
+    glass: GlassConfig = field(default_factory=GlassConfig)
+    inflation: InflationConfig = field(default_factory=InflationConfig)
+    robot_radius_m: float = 0.4
+    """How far the robot reaches around the sensor, in metres, above 0: there is no glass where it stands."""
+
+    def __post_init__(self) -> None:
+        if not self.robot_radius_m > 0:
+            raise ValueError(f"robot_radius_m = {self.robot_radius_m} m has to be above 0")
+        if self.inflation.size_cells > self.grid.cells:
+            what = f"inflation.size_cells = {self.inflation.size_cells} is more than grid.cells = {self.grid.cells}"
+            raise ValueError(f"{what}; take a larger grid or a smaller kernel")

@@ -1,0 +1,58 @@
+"""Obstacles grown away from the goal (MIM, eq. 8 to 11)."""
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32
+
+from navtool.pipeline.arrays import Array
+from navtool.pipeline.intensity_map.config import Inflation, InflationConfig
+from navtool.pipeline.intensity_map.obstacles import Obstacles
+
+
+def inflation_kernel(goal_rad: float, config: InflationConfig) -> Float32[Array, "e e"]:
+    """K of eq. 9: 1 where an obstacle in the middle grows to, rows along x and columns along y as in the grid.
+
+    The line of eq. 8 runs through the middle along the direction of the goal. As the text of IV-C has it, obstacles
+    grow opposite to the goal: the kernel is the half of the line that points there, with its thickness, and a disc
+    around the middle for the minor inflation elsewhere (NOTES M5).
+
+    Args:
+        goal_rad: Direction of the goal, atan2(g_y, g_x), in the frame of the grid.
+        config: Size, thickness and disc.
+    """
+    reach = (config.size_cells - 1) // 2
+    if config.method is Inflation.uniform:
+        return np.ones((config.size_cells, config.size_cells), np.float32)
+    axis = np.arange(-reach, reach + 1, dtype=np.float64)
+    x, y = np.meshgrid(axis, axis, indexing="ij")
+    back = -(x * np.cos(goal_rad) + y * np.sin(goal_rad))
+    aside = np.abs(y * np.cos(goal_rad) - x * np.sin(goal_rad))
+    half_line = (back > -0.5) & (aside <= config.padding_cells + 0.5)
+    disc = np.hypot(x, y) <= config.minor_cells + 1e-9
+    return np.asarray((half_line | disc).astype(np.float32))
+
+
+def inflate(values: Float32[Array, "n n"], kernel: Float32[Array, "e e"]) -> Float32[Array, "n n"]:
+    """The convolution of eq. 10; beyond the edge of the grid there is nothing.
+
+    Raises:
+        ValueError: The grid is smaller than the kernel.
+    """
+    if min(values.shape) < max(kernel.shape):
+        what = f"a grid of {values.shape[0]} cells is smaller than the inflation kernel of {kernel.shape[0]}"
+        raise ValueError(f"{what}; take a larger grid or a smaller size_cells")
+    # filter2D correlates: the kernel is turned round
+    grown = cv2.filter2D(values, -1, kernel[::-1, ::-1].copy(), borderType=cv2.BORDER_CONSTANT)
+    return np.asarray(np.maximum(grown, np.float32(0.0)))
+
+
+def planning_map(
+    obstacles: Obstacles, transparent: Bool[Array, "n n"], kernel: Float32[Array, "e e"]
+) -> Float32[Array, "n n"]:
+    """I_plan of eq. 11: inflated solid and transparent cells, and what yields as it is; unions take the larger value.
+
+    Transparent cells count with R, as solid ones: the weak intensities that give them away say nothing of how hard they
+    are.
+    """
+    hard = np.where(transparent, np.float32(1.0), obstacles.solid)
+    return np.maximum(inflate(hard, kernel), obstacles.pliable)
