@@ -88,7 +88,7 @@ class ObstacleConfig:
 
     def __post_init__(self) -> None:
         if not self.threshold > 0:
-            raise ValueError(f"threshold = {self.threshold} has to be above 0; `navtool fit` measures one")
+            raise ValueError(f"threshold = {self.threshold} has to be above 0; measure one on labelled clouds")
         if not 0 <= self.pooling_cells <= 10:
             raise ValueError(f"pooling_cells = {self.pooling_cells} is outside 0-10")
 
@@ -102,7 +102,7 @@ class GlassConfig:
     points: int = 6
     """A patch has at least so many points in the layer z = 0; at least 3."""
     thickness_m: float = 0.04
-    """Standard deviation of a patch across its own direction is below this, in metres, above 0."""
+    """A patch has a standard deviation below this across its own direction and above it along it, metres, above 0."""
     incidence_rad: float = math.radians(12.0)
     """The patch faces the sensor: its normal lies within this angle of the beams, in (0, 1.5)."""
     extend_m: float = 0.5
@@ -113,7 +113,7 @@ class GlassConfig:
     decay_s: float = 60.0
     """It is forgotten so long after the last one, in seconds, above 0."""
     jump_m: float = 1.0
-    """A pose that lies further than this from the one before it is a jump of the odometry: all is forgotten then."""
+    """A pose further than this from the one before it is a jump of the odometry: all is forgotten then. Above 0."""
 
     def __post_init__(self) -> None:
         if not 0 < self.intensity <= 1 or self.points < 3 or self.clouds < 1:

@@ -5,19 +5,18 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int32
 
 from navtool.pipeline.arrays import Array
-from navtool.pipeline.intensity_map.config import FlatLayers, GlassConfig, GridConfig, LayerConfig
-from navtool.pipeline.intensity_map.layers import IntensityLayers, Layer
+from navtool.pipeline.intensity_map.config import GlassConfig, GridConfig
+from navtool.pipeline.intensity_map.layer_points import Layer, LayerPoints, cell_numbers
+from navtool.pipeline.intensity_map.layers import IntensityLayers
 
 _NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 
 def find_glass(
-    xyz: Float32[Array, "p 3"],
-    intensity: Float32[Array, " p"],
+    points: LayerPoints,
     layers: IntensityLayers,
     solid: Bool[Array, "n n"],
     grid: GridConfig,
-    layer: LayerConfig,
     config: GlassConfig,
 ) -> Float32[Array, "k 4"]:
     """The panes that a cloud shows, as segments x0, y0, x1, y1 in the frame of the sensor, in metres.
@@ -27,58 +26,35 @@ def find_glass(
     points lie on a short line across the beams. Grass and curtains are as weak, but deep or anyhow.
 
     Args:
-        xyz: The cloud, frame of the sensor.
-        intensity: Of each point, 0 to R.
-        layers: Of the same cloud.
-        solid: Its solid cells: they end what is extended.
+        points: The cloud's, sorted into layers.
+        layers: Of the same points.
+        solid: The solid cells: they end what is extended.
         grid: As for the layers.
-        layer: As for the layers.
         config: Limits.
     """
-    points = _weak_level(xyz, intensity, grid, layer, config)
-    row, column = _cells(points, grid)
-    kept = np.flatnonzero(_stronger_at_level(layers, config)[row, column])
-    if kept.size < config.points:
+    if config.points > points.cell.size:
         return np.zeros((0, 4), np.float32)
-    points, row, column = points.take(kept, axis=0), row.take(kept), column.take(kept)
+    stronger = _stronger_at_level(layers, config).ravel()
+    level = stronger.size * (int(Layer.level) + 1)
+    weak = np.flatnonzero((points.cell < level) & (points.share < np.float32(config.intensity)))
+    weak = weak.take(np.flatnonzero(stronger.take(points.cell.take(weak))))
+    if weak.size < config.points:
+        return np.zeros((0, 4), np.float32)
+    cell = points.cell.take(weak)
     mask = np.zeros((grid.cells, grid.cells), np.uint8)
-    mask[row, column] = 1
+    mask.reshape(-1)[cell] = 1
     _, labels = cv2.connectedComponents(cv2.dilate(mask, _NEIGHBOURS), connectivity=8)
-    return _extended(_lines(points, labels[row, column], config), solid, grid, config)
-
-
-def _weak_level(
-    xyz: Float32[Array, "p 3"],
-    intensity: Float32[Array, " p"],
-    grid: GridConfig,
-    layer: LayerConfig,
-    config: GlassConfig,
-) -> Float32[Array, "k 2"]:
-    """Where the weak points of the layer z = 0 lie."""
-    weak = np.flatnonzero(intensity < np.float32(config.intensity * layer.full_scale))
-    x, y, z = np.ascontiguousarray(xyz.take(weak, axis=0).T)
-    half = np.float32(grid.half_m)
-    if layer.flat is FlatLayers.angular:
-        level = np.float32(np.tan(layer.flat_rad)) * np.sqrt(x * x + y * y)
-    else:
-        level = np.full_like(x, layer.flat_m)
-    there = np.flatnonzero((np.abs(z) <= level) & (np.abs(x) < half) & (np.abs(y) < half))
-    return np.stack([x.take(there), y.take(there)], axis=1)
-
-
-def _cells(points: Float32[Array, "k 2"], grid: GridConfig) -> tuple[Array, Array]:
-    cell = (points * np.float32(1 / grid.cell_m) + np.float32(0.5 * grid.cells)).astype(np.int64)
-    cell = np.clip(cell, 0, grid.cells - 1)
-    return cell[:, 0], cell[:, 1]
+    place = np.stack([points.x.take(weak), points.y.take(weak)], axis=1)
+    return _extended(_lines(place, labels.ravel().take(cell), config), solid, grid, config)
 
 
 def _stronger_at_level(layers: IntensityLayers, config: GlassConfig) -> Bool[Array, "n n"]:
     """Where the layer z = 0 is weak but stronger than z = -epsilon: the positive part of the difference of eq. 6."""
-    total, count = layers.total, layers.count
+    total, points = layers.total, layers.points
     level, below = int(Layer.level), int(Layer.below)
-    weak = total[level] < np.float32(config.intensity) * count[level]
+    weak = total[level] < np.float32(config.intensity) * points[level]
     # means are compared without a division: a / b > c / d is a d > c b
-    return np.asarray(weak & ((count[below] == 0) | (total[level] * count[below] > total[below] * count[level])))
+    return np.asarray(weak & ((points[below] == 0) | (total[level] * points[below] > total[below] * points[level])))
 
 
 def _lines(points: Float32[Array, "k 2"], label: Int32[Array, " k"], config: GlassConfig) -> Float32[Array, "s 4"]:
@@ -93,15 +69,17 @@ def _lines(points: Float32[Array, "k 2"], label: Int32[Array, " k"], config: Gla
     angle = 0.5 * np.arctan2(2 * xy, xx - yy)
     along_x, along_y = np.cos(angle), np.sin(angle)
     across = np.sqrt(np.maximum(xx * along_y**2 - 2 * xy * along_x * along_y + yy * along_x**2, 0.0))
+    length = np.sqrt(xx * along_x**2 + 2 * xy * along_x * along_y + yy * along_y**2)
     distance = np.hypot(mean_x, mean_y)
     slant = np.abs(along_x * mean_x + along_y * mean_y) / np.maximum(distance, 1e-9)
-    glass = (count >= config.points) & (across < config.thickness_m) & (slant < np.sin(config.incidence_rad))
+    line = (across < config.thickness_m) & (length > config.thickness_m)
+    glass = line & (count >= config.points) & (slant < np.sin(config.incidence_rad))
     reach = dx * along_x[label] + dy * along_y[label]
     first, last = np.full(size, np.inf), np.full(size, -np.inf)
     np.minimum.at(first, label, reach)
     np.maximum.at(last, label, reach)
     ends = [mean_x + first * along_x, mean_y + first * along_y, mean_x + last * along_x, mean_y + last * along_y]
-    return np.stack(ends, axis=1)[glass].astype(np.float32)
+    return np.asarray(np.stack(ends, axis=1)[glass], np.float32)
 
 
 def _extended(
@@ -117,8 +95,8 @@ def _extended(
     ends = []
     for tip, outwards in ((start, -way), (end, way)):
         reached = tip[:, None] + steps[:, None] * outwards[:, None]
-        row, column = _cells(reached.reshape(-1, 2), grid)
+        row, column = (cell_numbers(axis.ravel(), grid) for axis in (reached[..., 0], reached[..., 1]))
         open_so_far = np.logical_and.accumulate(~solid[row, column].reshape(len(lines), -1), axis=1)
         length = open_so_far.sum(axis=1) * np.float32(grid.cell_m / 2)
         ends.append(tip + length[:, None].astype(np.float32) * outwards)
-    return np.concatenate(ends, axis=1).astype(np.float32)
+    return np.asarray(np.concatenate(ends, axis=1), np.float32)

@@ -24,8 +24,10 @@ class GlassMemory:
     """When the last one did."""
     position_m: tuple[float, float] | None = None
     """Where the sensor was last."""
+    time_s: float = -np.inf
+    """When it was there."""
     jumps: int = 0
-    """How often the odometry has jumped, so that everything was forgotten."""
+    """How often the odometry or its clock has jumped, so that everything was forgotten."""
 
 
 def remember_glass(
@@ -40,7 +42,9 @@ def remember_glass(
     """The memory after another cloud; the old one is left as it is.
 
     Kept is what was seen within ``decay_s`` and lies within the reach of the grid. Where the robot stands there is no
-    glass: only its own way clears cells, since beams that return from behind a pane have passed through it.
+    glass: only its own way clears cells, since beams that return from behind a pane have passed through it. All is
+    forgotten, and counted as a jump, where the pose lies further than ``jump_m`` from the one before or time runs
+    backwards.
 
     Args:
         memory: What was known.
@@ -50,13 +54,16 @@ def remember_glass(
         robot_radius_m: How far the robot reaches around the sensor.
         grid: Around the sensor; its cells' size is the memory's too.
         config: How long and from how many clouds on.
+
+    Raises:
+        ValueError: Pose or time are not finite.
     """
     x, y = float(odom_sensor[0]), float(odom_sensor[1])
-    jumped = (
-        memory.position_m is not None and np.hypot(x - memory.position_m[0], y - memory.position_m[1]) > config.jump_m
-    )
-    if jumped:
-        memory = GlassMemory(jumps=memory.jumps + 1)
+    if not (np.isfinite(odom_sensor).all() and np.isfinite(time_s)):
+        raise ValueError(f"the sensor is at {odom_sensor} at {time_s} s: pose and time have to be finite")
+    before = (x, y) if memory.position_m is None else memory.position_m
+    if np.hypot(x - before[0], y - before[1]) > config.jump_m or time_s < memory.time_s:
+        memory, before = GlassMemory(jumps=memory.jumps + 1), (x, y)
     covered = np.unique(_number(_in_odometry(_along(segments, grid), odom_sensor), grid))
     cell = np.concatenate([memory.cell, covered])
     clouds = np.concatenate([memory.clouds, np.ones(covered.size, np.int64)])
@@ -65,9 +72,11 @@ def remember_glass(
     clouds = np.bincount(place, clouds, cell.size).astype(np.int64)
     latest = np.full(cell.size, -np.inf)
     np.maximum.at(latest, place, seen)
-    away = np.hypot(*(_middle(cell, grid) - (x, y)).T)
-    kept = (latest > time_s - config.decay_s) & (away > robot_radius_m) & (away < 1.5 * grid.half_m)
-    return GlassMemory(cell[kept], clouds[kept], latest[kept], (x, y), memory.jumps)
+    middle = _middle(cell, grid)
+    away = np.hypot(*(middle - (x, y)).T)
+    kept = (latest > time_s - config.decay_s) & (away < 1.5 * grid.half_m)
+    kept &= _distance_to_way(middle, before, (x, y)) > robot_radius_m
+    return GlassMemory(cell[kept], clouds[kept], latest[kept], (x, y), time_s, memory.jumps)
 
 
 def transparent_cells(
@@ -103,10 +112,20 @@ def _along(segments: Float32[Array, "s 4"], grid: GridConfig) -> Float64[Array, 
     return np.concatenate(parts)
 
 
+def _distance_to_way(
+    points: Float64[Array, "k 2"], start: tuple[float, float], end: tuple[float, float]
+) -> Float64[Array, " k"]:
+    """How far points lie from the straight way between two positions."""
+    way = np.subtract(end, start)
+    from_start = points - start
+    share = np.clip(from_start @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
+    return np.asarray(np.hypot(*(from_start - share[:, None] * way).T))
+
+
 def _in_odometry(points: Float64[Array, "m 2"], odom_sensor: Float64[Array, "3"]) -> Float64[Array, "m 2"]:
     x, y, yaw = odom_sensor.tolist()
     cosine, sine = np.cos(yaw), np.sin(yaw)
-    return points @ np.array([[cosine, sine], [-sine, cosine]]) + (x, y)
+    return np.asarray(points @ np.array([[cosine, sine], [-sine, cosine]]) + (x, y))
 
 
 def _number(points: Float64[Array, "m 2"], grid: GridConfig) -> Int64[Array, " m"]:

@@ -1,5 +1,7 @@
 """Obstacles grown away from the goal (MIM, eq. 8 to 11)."""
 
+import math
+
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32
@@ -7,6 +9,9 @@ from jaxtyping import Bool, Float32
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import Inflation, InflationConfig
 from navtool.pipeline.intensity_map.obstacles import Obstacles
+
+_PART = 11
+"""Side of the largest kernel that OpenCV sums directly."""
 
 
 def inflation_kernel(goal_rad: float, config: InflationConfig) -> Float32[Array, "e e"]:
@@ -19,7 +24,12 @@ def inflation_kernel(goal_rad: float, config: InflationConfig) -> Float32[Array,
     Args:
         goal_rad: Direction of the goal, atan2(g_y, g_x), in the frame of the grid.
         config: Size, thickness and disc.
+
+    Raises:
+        ValueError: The direction is not finite.
     """
+    if not math.isfinite(goal_rad):
+        raise ValueError(f"the direction of the goal is {goal_rad} rad; it has to be finite")
     reach = (config.size_cells - 1) // 2
     if config.method is Inflation.uniform:
         return np.ones((config.size_cells, config.size_cells), np.float32)
@@ -35,15 +45,28 @@ def inflation_kernel(goal_rad: float, config: InflationConfig) -> Float32[Array,
 def inflate(values: Float32[Array, "n n"], kernel: Float32[Array, "e e"]) -> Float32[Array, "n n"]:
     """The convolution of eq. 10; beyond the edge of the grid there is nothing.
 
+    Where the kernel meets zeros alone the result is exactly 0: parts of the kernel are summed one by one, since OpenCV
+    takes Fourier transforms for large ones, which leave crumbs everywhere and are slower for these maps.
+
     Raises:
         ValueError: The grid is smaller than the kernel.
     """
-    if min(values.shape) < max(kernel.shape):
-        what = f"a grid of {values.shape[0]} cells is smaller than the inflation kernel of {kernel.shape[0]}"
+    n, side = values.shape[0], kernel.shape[0]
+    if n < side:
+        what = f"a grid of {n} cells is smaller than the inflation kernel of {side}"
         raise ValueError(f"{what}; take a larger grid or a smaller size_cells")
-    # filter2D correlates: the kernel is turned round
-    grown = cv2.filter2D(values, -1, kernel[::-1, ::-1].copy(), borderType=cv2.BORDER_CONSTANT)
-    return np.asarray(np.maximum(grown, np.float32(0.0)))
+    reach = side // 2
+    around = cv2.copyMakeBorder(values, reach, reach, reach, reach, cv2.BORDER_CONSTANT)
+    turned = kernel[::-1, ::-1]  # filter2D correlates
+    grown = np.zeros((n, n), np.float32)
+    for row in range(0, side, _PART):
+        for column in range(0, side, _PART):
+            part = turned[row : row + _PART, column : column + _PART].copy()
+            if part.any():
+                beside = around[row : row + n + part.shape[0] - 1, column : column + n + part.shape[1] - 1]
+                more = cv2.filter2D(beside, -1, part, anchor=(0, 0), borderType=cv2.BORDER_CONSTANT)
+                np.add(grown, more[:n, :n], out=grown)
+    return grown
 
 
 def planning_map(

@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8
 
 from navtool.pipeline.arrays import Array
@@ -10,10 +9,9 @@ from navtool.pipeline.intensity_map.config import IntensityMapConfig
 from navtool.pipeline.intensity_map.glass import find_glass
 from navtool.pipeline.intensity_map.glass_memory import GlassMemory, remember_glass, transparent_cells
 from navtool.pipeline.intensity_map.inflation import inflation_kernel, planning_map
+from navtool.pipeline.intensity_map.layer_points import sort_points
 from navtool.pipeline.intensity_map.layers import IntensityLayers, intensity_layers
 from navtool.pipeline.intensity_map.obstacles import Obstacles, cell_classes, find_obstacles
-
-_SATURATED, _FAINTEST = 0.95, 0.02
 
 
 class IntensityMap(NamedTuple):
@@ -45,38 +43,16 @@ def map_cloud(
         xyz: Points in the frame of the sensor, in metres; those that are not finite count for nothing.
         intensity: Of each point, 0 to R; look at a recording with `judge_intensities` first.
         odom_sensor: x, y and yaw of the sensor in the odometry frame.
-        time_s: Of the cloud; it does not run backwards.
+        time_s: Of the cloud; where it runs backwards, all glass is forgotten.
         goal_rad: Direction of the goal in the frame of the sensor.
         config: Everything else.
     """
     grid, glass = config.grid, config.glass
-    layers = intensity_layers(xyz, intensity, grid, config.layers)
+    points = sort_points(xyz, intensity, grid, config.layers)
+    layers = intensity_layers(points, grid, config.layers)
     obstacles = find_obstacles(layers, grid, config.layers, config.obstacles)
-    panes = find_glass(xyz, intensity, layers, obstacles.solid > 0, grid, config.layers, glass)
+    panes = find_glass(points, layers, obstacles.solid > 0, grid, glass)
     memory = remember_glass(memory, panes, odom_sensor, time_s, config.robot_radius_m, grid, glass)
     transparent = transparent_cells(memory, odom_sensor, grid, glass)
     plan = planning_map(obstacles, transparent, inflation_kernel(goal_rad, config.inflation))
     return memory, IntensityMap(layers, obstacles, transparent, cell_classes(obstacles, transparent), plan)
-
-
-def judge_intensities(intensity: Float32[Array, " p"], full_scale: float) -> str | None:
-    """What is wrong with the intensities of a cloud, None if they can be used.
-
-    Args:
-        intensity: Of all points of one or several clouds.
-        full_scale: R, what the configuration takes for the largest intensity.
-    """
-    known = intensity[np.isfinite(intensity)]
-    if not known.size:
-        return "no point has an intensity"
-    largest = float(known.max())
-    if largest <= 0:
-        return "all intensities are 0: the driver does not fill them in"
-    if float(known.min()) < 0:
-        return f"the smallest intensity is {float(known.min()):g}: intensities are not negative"
-    if not _FAINTEST * full_scale <= largest <= full_scale:
-        return f"the largest intensity is {largest:g} where full_scale is {full_scale:g}: set the sensor's own scale"
-    saturated = float((known >= full_scale).mean())
-    if saturated > _SATURATED:
-        return f"{saturated:.0%} of the intensities are the largest there is: the sensor is saturated"
-    return None
