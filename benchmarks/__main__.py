@@ -9,6 +9,7 @@ BENCHMARKS = {
     "agnn": "agnn.py",
     "reliability": "reliability.py",
     "cloud_features": "cloud_reliability_auc.py",
+    "mim": "mim.py",
     "ingest": "ingest.py",
     "reads": "reads.py",
     "relabel": "relabel.py",

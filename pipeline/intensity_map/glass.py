@@ -2,7 +2,7 @@
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, Int32
+from jaxtyping import Bool, Float32, Int32, Int64
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GlassConfig, GridConfig
@@ -34,10 +34,9 @@ def find_glass(
     """
     if config.points > points.cell.size:
         return np.zeros((0, 4), np.float32)
-    stronger = _stronger_at_level(layers, config).ravel()
-    level = stronger.size * (int(Layer.level) + 1)
+    level = grid.cells * grid.cells * (int(Layer.level) + 1)
     weak = np.flatnonzero((points.cell < level) & (points.share < np.float32(config.intensity)))
-    weak = weak.take(np.flatnonzero(stronger.take(points.cell.take(weak))))
+    weak = weak.take(np.flatnonzero(_stronger_at_level(layers, points.cell.take(weak), config)))
     if weak.size < config.points:
         return np.zeros((0, 4), np.float32)
     cell = points.cell.take(weak)
@@ -48,13 +47,15 @@ def find_glass(
     return _extended(_lines(place, labels.ravel().take(cell), config), solid, grid, config)
 
 
-def _stronger_at_level(layers: IntensityLayers, config: GlassConfig) -> Bool[Array, "n n"]:
-    """Where the layer z = 0 is weak but stronger than z = -epsilon: the positive part of the difference of eq. 6."""
-    total, points = layers.total, layers.points
-    level, below = int(Layer.level), int(Layer.below)
-    weak = total[level] < np.float32(config.intensity) * points[level]
+def _stronger_at_level(layers: IntensityLayers, cells: Int64[Array, " k"], config: GlassConfig) -> Bool[Array, " k"]:
+    """In which cells z = 0 is weak but stronger than z = -epsilon: the positive part of the difference of eq. 6."""
+    total, points = (
+        [part[layer].ravel().take(cells) for layer in (Layer.level, Layer.below)]
+        for part in (layers.total, layers.points)
+    )
+    weak = total[0] < np.float32(config.intensity) * points[0]
     # means are compared without a division: a / b > c / d is a d > c b
-    return np.asarray(weak & ((points[below] == 0) | (total[level] * points[below] > total[below] * points[level])))
+    return np.asarray(weak & ((points[1] == 0) | (total[0] * points[1] > total[1] * points[0])))
 
 
 def _lines(points: Float32[Array, "k 2"], label: Int32[Array, " k"], config: GlassConfig) -> Float32[Array, "s 4"]:

@@ -4,7 +4,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float32, Int64
+from jaxtyping import Bool, Float32, Int64
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import FlatLayers, GridConfig, LayerConfig
@@ -24,6 +24,9 @@ class Layer(IntEnum):
     """(0, h]."""
     lower = 3
     """[-h, 0)."""
+
+
+_FROM_ABOVE = np.array([Layer.upper, Layer.level, Layer.below, Layer.lower], np.int64)
 
 
 class LayerPoints(NamedTuple):
@@ -58,13 +61,13 @@ def sort_points(
     x, y, z = np.ascontiguousarray(xyz.take(near, axis=0).T)
     share = intensity.take(near)
     chosen = (np.abs(x) <= half) & (np.abs(y) <= half) & (x != half) & (y != half) & np.isfinite(share)
-    x, y, z, share = _taken(np.flatnonzero(chosen), x, y, z, share)
+    x, y, z, share = _taken(chosen, x, y, z, share)
     if config.ground_margin_m > 0:
         ground = _ground(xyz, height, grid, config).ravel().take(_block(x, y, half))
-        x, y, z, share = _taken(np.flatnonzero(z > ground + np.float32(config.ground_margin_m)), x, y, z, share)
+        x, y, z, share = _taken(z > ground + np.float32(config.ground_margin_m), x, y, z, share)
     row, column = cell_numbers(x, grid), cell_numbers(y, grid)
     cell = (_layer_of(x, y, z, config) * grid.cells + row) * grid.cells + column
-    np.clip(share * np.float32(1 / config.full_scale), np.float32(0), np.float32(1), out=share)
+    share = np.clip(share * np.float32(1 / config.full_scale), np.float32(0), np.float32(1))
     return LayerPoints(x, y, share, cell)
 
 
@@ -74,8 +77,10 @@ def cell_numbers(coordinate_m: Float32[Array, " k"], grid: GridConfig) -> Int64[
     return np.asarray(np.clip(number, 0, grid.cells - 1))
 
 
-def _taken(index: Int64[Array, " k"], *columns: Float32[Array, " p"]) -> list[Float32[Array, " k"]]:
-    return [column.take(index) for column in columns]
+def _taken(mask: Bool[Array, " p"], *columns: Float32[Array, " p"]) -> tuple[Float32[Array, " k"], ...]:
+    """What the mask chooses of each column; the columns themselves where it chooses all."""
+    index = np.flatnonzero(mask)
+    return columns if index.size == mask.size else tuple(column.take(index) for column in columns)
 
 
 def _layer_of(
@@ -89,9 +94,8 @@ def _layer_of(
         level, below = edge * reach, lower * reach
     else:
         level, below = np.full_like(z, config.flat_m), np.full_like(z, 3 * config.flat_m)
-    side = np.where(z > 0, np.int64(Layer.upper), np.int64(Layer.lower))
-    flat = np.where(np.abs(z) <= level, np.int64(Layer.level), np.int64(Layer.below))
-    return np.where((z <= level) & (z >= -below), flat, side)
+    edges_above = (z <= level).view(np.uint8) + (z < -level).view(np.uint8) + (z < -below).view(np.uint8)
+    return np.asarray(_FROM_ABOVE.take(edges_above))
 
 
 def ground_blocks(grid: GridConfig) -> int:
@@ -117,7 +121,7 @@ def _ground(
     half = np.float32(grid.half_m)
     low = (height < np.float32(-GROUND_BELOW * config.sensor_height_m)) & (height > -np.inf)
     x, y, z = np.ascontiguousarray(xyz.take(np.flatnonzero(low), axis=0).T)
-    x, y, z = _taken(np.flatnonzero((np.abs(x) < half) & (np.abs(y) < half)), x, y, z)
+    x, y, z = _taken((np.abs(x) < half) & (np.abs(y) < half), x, y, z)
     blocks = ground_blocks(grid)
     lowest = np.full(blocks * blocks, np.inf, np.float32)
     np.minimum.at(lowest, _block(x, y, half), z)

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float32
+from jaxtyping import Float32, Int64
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GridConfig, LayerConfig, Reduction
@@ -26,27 +26,14 @@ class IntensityLayers(NamedTuple):
         Raises:
             ValueError: The reduction is ``max``, and the layers were made for another one.
         """
-        return np.stack([self.value(layer, config, grid) for layer in Layer])
+        return _reduced(self.total, self.points, self.largest, config, grid)
 
-    def value(self, layer: Layer, config: LayerConfig, grid: GridConfig) -> Float32[Array, "n n"]:
-        """One layer of `values`."""
-        match config.reduction:
-            case Reduction.sum:
-                return np.asarray(self.total[layer] / np.float32(grid.cell_m * grid.cell_m))  # eq. 1
-            case Reduction.mean:
-                return np.asarray(self.total[layer] / np.maximum(self.points[layer], np.float32(1)))
-            case Reduction.max:
-                return np.asarray(self.known_largest()[layer])
-
-    def known_largest(self) -> Float32[Array, "4 n n"]:
-        """The largest intensities.
-
-        Raises:
-            ValueError: The layers were made for another reduction.
-        """
-        if self.largest is None:
-            raise ValueError("these layers were made without their largest intensities; make them with reduction=max")
-        return self.largest
+    def values_at(self, cells: Int64[Array, " k"], config: LayerConfig, grid: GridConfig) -> Float32[Array, "4 k"]:
+        """The `values` of some cells, numbered r n + c."""
+        shape = (len(Layer), -1)
+        total, points = (part.reshape(shape).take(cells, axis=1) for part in (self.total, self.points))
+        largest = None if self.largest is None else self.largest.reshape(shape).take(cells, axis=1)
+        return _reduced(total, points, largest, config, grid)
 
 
 def intensity_layers(points: LayerPoints, grid: GridConfig, config: LayerConfig) -> IntensityLayers:
@@ -66,3 +53,21 @@ def intensity_layers(points: LayerPoints, grid: GridConfig, config: LayerConfig)
     largest = np.zeros(shape, np.float32)
     np.maximum.at(largest.reshape(-1), points.cell, points.share)
     return IntensityLayers(total, number, largest)
+
+
+def _reduced(
+    total: Float32[Array, "4 *cells"],
+    points: Float32[Array, "4 *cells"],
+    largest: Float32[Array, "4 *cells"] | None,
+    config: LayerConfig,
+    grid: GridConfig,
+) -> Float32[Array, "4 *cells"]:
+    match config.reduction:
+        case Reduction.sum:
+            return np.asarray(total / np.float32(grid.cell_m * grid.cell_m))  # eq. 1
+        case Reduction.mean:
+            return np.asarray(total / np.maximum(points, np.float32(1)))
+        case Reduction.max:
+            if largest is None:
+                raise ValueError("these layers were made without their largest intensities; make them for max")
+            return largest

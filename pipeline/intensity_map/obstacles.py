@@ -5,11 +5,10 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, UInt8
+from jaxtyping import Bool, Float32, Int64, UInt8
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GridConfig, LayerConfig, ObstacleConfig, Reduction
-from navtool.pipeline.intensity_map.layer_points import Layer
 from navtool.pipeline.intensity_map.layers import IntensityLayers
 
 TIE = 1e-4
@@ -53,37 +52,43 @@ def find_obstacles(
     Raises:
         ValueError: The reduction is ``max``, and the layers were made for another one.
     """
-    highest = layers.value(Layer.level, config, grid)
-    for layer in (Layer.below, Layer.upper, Layer.lower):
-        highest = np.maximum(highest, layers.value(layer, config, grid))
+    level, below, upper, lower = layers.points
+    seen = level + below + upper + lower > 0
+    # a cloud has points in few of the cells
+    cells = np.flatnonzero(seen)
+    value = layers.values_at(cells, config, grid)
+    highest = value.max(axis=0)
     if obstacle.pooling_cells:
-        above = _above(layers, grid, config, obstacle)
+        above = _above(layers, cells, grid, config, obstacle)
     else:
         above = highest > np.float32(obstacle.threshold)  # eq. 3
-    solid = np.where(above, highest, np.float32(0))  # eq. 4
-    level, below, upper, lower = layers.points
-    return Obstacles(solid, highest - solid, level + below + upper + lower > 0)  # eq. 5
+    solid, pliable = np.zeros((2, *seen.shape), np.float32)
+    solid.reshape(-1)[cells] = np.where(above, highest, np.float32(0))  # eq. 4
+    pliable.reshape(-1)[cells] = np.where(above, np.float32(0), highest)  # eq. 5
+    return Obstacles(solid, pliable, seen)
 
 
 def _above(
-    layers: IntensityLayers, grid: GridConfig, config: LayerConfig, obstacle: ObstacleConfig
-) -> Bool[Array, "n n"]:
-    """Where the reduction of the points around is above the threshold in any layer."""
+    layers: IntensityLayers, cells: Int64[Array, " k"], grid: GridConfig, config: LayerConfig, obstacle: ObstacleConfig
+) -> Bool[Array, " k"]:
+    """In which cells the reduction of the points around is above the threshold in any layer."""
     side = 2 * obstacle.pooling_cells + 1
     ones = np.ones(side, np.float32)
-    above = np.zeros(layers.total.shape[1:], bool)
-    for layer in Layer:
-        if config.reduction is Reduction.max:
-            pooled = cv2.dilate(layers.known_largest()[layer], np.ones((side, side), np.uint8))
-            above |= pooled > np.float32(obstacle.threshold)
-            continue
+    above = np.zeros(cells.size, bool)
+    if config.reduction is Reduction.max:
+        for layer in layers.values(config, grid):
+            pooled = cv2.dilate(layer, np.ones((side, side), np.uint8))
+            above |= pooled.ravel().take(cells) > np.float32(obstacle.threshold)
+        return above
+    for total, points in zip(layers.total, layers.points, strict=True):
         # the mean of some points is above the threshold where they exceed it by more than they fall short of it
         if config.reduction is Reduction.mean:
-            excess = cv2.scaleAdd(layers.points[layer], -obstacle.threshold, layers.total[layer])
+            excess = cv2.scaleAdd(points, -obstacle.threshold, total)
         else:
-            excess = layers.total[layer] - np.float32(obstacle.threshold * grid.cell_m * grid.cell_m)
+            excess = total - np.float32(obstacle.threshold * grid.cell_m * grid.cell_m)
         # beyond the edge of the grid there is nothing, neither points nor area
-        above |= cv2.sepFilter2D(excess, -1, ones, ones, borderType=cv2.BORDER_CONSTANT) > np.float32(TIE)
+        pooled = cv2.sepFilter2D(excess, -1, ones, ones, borderType=cv2.BORDER_CONSTANT)
+        above |= pooled.ravel().take(cells) > np.float32(TIE)
     return above
 
 

@@ -163,5 +163,5 @@ def test_slopes_are_ground_and_what_stands_on_them_is_not() -> None:
 
 def test_values_without_their_largest_are_refused() -> None:
     layers = layers_of(np.zeros((0, 3), np.float32), np.zeros(0, np.float32), GRID, LayerConfig())
-    with pytest.raises(ValueError, match="reduction=max"):
+    with pytest.raises(ValueError, match="make them for max"):
         layers.values(LayerConfig(reduction=Reduction.max), GRID)
