@@ -40,11 +40,19 @@ def find_glass(
     if weak.size < config.points:
         return np.zeros((0, 4), np.float32)
     cell = points.cell.take(weak)
-    mask = np.zeros((grid.cells, grid.cells), np.uint8)
-    mask.reshape(-1)[cell] = 1
-    _, labels = cv2.connectedComponents(cv2.dilate(mask, _NEIGHBOURS), connectivity=8)
     place = np.stack([points.x.take(weak), points.y.take(weak)], axis=1)
-    return _extended(_lines(place, labels.ravel().take(cell), config), solid, grid, config)
+    return _extended(_lines(place, _patches(cell, grid), config), solid, grid, config)
+
+
+def _patches(cell: Int64[Array, " k"], grid: GridConfig) -> Int32[Array, " k"]:
+    """The number of the patch that each cell belongs to; cells that have one cell between them are of one patch."""
+    row = cell // grid.cells
+    column = cell - row * grid.cells
+    row, column = row - row.min(), column - column.min()
+    mask = np.zeros((int(row.max()) + 1, int(column.max()) + 1), np.uint8)
+    mask[row, column] = 1
+    _, labels = cv2.connectedComponents(cv2.dilate(mask, _NEIGHBOURS), connectivity=8)
+    return np.asarray(labels[row, column])
 
 
 def _stronger_at_level(layers: IntensityLayers, cells: Int64[Array, " k"], config: GlassConfig) -> Bool[Array, " k"]:

@@ -56,8 +56,10 @@ def inflate(values: Float32[Array, "n n"], kernel: Float32[Array, "e e"]) -> Flo
         what = f"a grid of {n} cells is smaller than the inflation kernel of {side}"
         raise ValueError(f"{what}; take a larger grid or a smaller size_cells")
     reach = side // 2
+    turned = kernel[::-1, ::-1].copy()  # filter2D correlates
+    if side <= _PART:
+        return np.asarray(cv2.filter2D(values, -1, turned, borderType=cv2.BORDER_CONSTANT), np.float32)
     around = cv2.copyMakeBorder(values, reach, reach, reach, reach, cv2.BORDER_CONSTANT)
-    turned = kernel[::-1, ::-1]  # filter2D correlates
     grown = np.zeros((n, n), np.float32)
     for row in range(0, side, _PART):
         for column in range(0, side, _PART):
@@ -74,8 +76,7 @@ def planning_map(
 ) -> Float32[Array, "n n"]:
     """I_plan of eq. 11: inflated solid and transparent cells, and what yields as it is; unions take the larger value.
 
-    Transparent cells count with R, as solid ones: the weak intensities that give them away say nothing of how hard they
-    are.
+    Transparent cells count with R at least: the weak intensities that give them away say nothing of how hard they are.
     """
-    hard = np.where(transparent, np.float32(1.0), obstacles.solid)
+    hard = np.where(transparent, np.maximum(obstacles.solid, np.float32(1)), obstacles.solid)
     return np.maximum(inflate(hard, kernel), obstacles.pliable)

@@ -3,6 +3,7 @@
 from enum import IntEnum
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Int64
 
@@ -26,6 +27,7 @@ class Layer(IntEnum):
     """[-h, 0)."""
 
 
+_NEIGHBOURS = np.ones((3, 3), np.uint8)
 _FROM_ABOVE = np.array([Layer.upper, Layer.level, Layer.below, Layer.lower], np.int64)
 
 
@@ -125,7 +127,6 @@ def _ground(
     blocks = ground_blocks(grid)
     lowest = np.full(blocks * blocks, np.inf, np.float32)
     np.minimum.at(lowest, _block(x, y, half), z)
-    padded = np.pad(lowest.reshape(blocks, blocks), 1, constant_values=np.inf)
-    across = np.minimum(np.minimum(padded[:-2], padded[1:-1]), padded[2:])
-    around = np.minimum(np.minimum(across[:, :-2], across[:, 1:-1]), across[:, 2:])
-    return np.where(np.isinf(around), np.float32(-config.sensor_height_m), around)
+    # with blocks repeated beyond the edge, since OpenCV's own border is a finite number
+    around = cv2.erode(lowest.reshape(blocks, blocks), _NEIGHBOURS, borderType=cv2.BORDER_REPLICATE)
+    return np.where(around == np.inf, np.float32(-config.sensor_height_m), around)

@@ -101,7 +101,7 @@ class TensorIntensityMap(nn.Module):
         solid, pliable = torch.where(above, highest, nothing), torch.where(above, nothing, highest)  # eq. 4 and 5
         classes = seen.to(torch.uint8) * self.pliable
         classes = classes.masked_fill(transparent, self.transparent).masked_fill(solid > 0, self.solid)
-        hard = torch.where(transparent, torch.ones_like(solid), solid)
+        hard = torch.where(transparent, solid.clamp(min=1.0), solid)
         plan = torch.maximum(self._inflated(hard, goal_rad), pliable)  # eq. 11
         return TensorMap(total, points, solid, pliable, classes, plan)
 

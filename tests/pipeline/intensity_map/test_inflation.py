@@ -100,9 +100,9 @@ def test_a_door_stays_open_with_adaptive_and_closes_with_uniform_inflation(goal_
 
 
 def test_the_plan_holds_inflated_solids_and_panes_and_pliables_as_they_are() -> None:
-    solid, pliable = sparse(0, 40, 0.02), sparse(1, 40, 0.1)
+    solid, pliable = 2 * sparse(0, 40, 0.02), sparse(1, 40, 0.1)
     pliable[solid > 0] = 0
-    transparent = sparse(2, 40, 0.02) > 0
+    transparent = sparse(2, 40, 0.02) + (solid > 1.5) > 0
     kernel = inflation_kernel(1.0, InflationConfig())
     plan = planning_map(Obstacles(solid, pliable, solid + pliable > 0), transparent, kernel)
     hard = np.maximum(solid, transparent)
