@@ -1,4 +1,4 @@
-"""Inflation: SciPy's convolution as oracle, directions, a door; the cost of a trajectory against a loop."""
+"""Inflation: SciPy's convolution as oracle, directions, a door."""
 
 import numpy as np
 import pytest
@@ -9,11 +9,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import label
 from scipy.signal import convolve2d
 
-from navtool.pipeline.geometry.unicycle import rollout
-from navtool.pipeline.intensity_map.config import GridConfig, Inflation, InflationConfig
+from navtool.pipeline.intensity_map.config import Inflation, InflationConfig
 from navtool.pipeline.intensity_map.inflation import inflate, inflation_kernel, planning_map
 from navtool.pipeline.intensity_map.obstacles import Obstacles
-from navtool.pipeline.intensity_map.planning_cost import obstacle_cost
 
 EIGHT = [k * np.pi / 4 for k in range(8)]
 
@@ -114,21 +112,3 @@ def test_kernels_larger_than_the_grid_and_goals_nowhere_are_refused() -> None:
         inflate(np.zeros((10, 10), np.float32), np.ones((11, 11), np.float32))
     with pytest.raises(ValueError, match="finite"):
         inflation_kernel(float("nan"), InflationConfig())
-
-
-def test_the_cost_of_trajectories_equals_a_loop() -> None:
-    grid = GridConfig(cells=40, cell_m=0.2)
-    plan = sparse(3, 40, 0.5)
-    rng = np.random.default_rng(4)
-    velocity = np.column_stack([rng.uniform(-1, 2, 50), rng.uniform(-2, 2, 50)])
-    trajectories = rollout(velocity, 40, 0.1)[..., :2].astype(np.float32)
-    assert (np.abs(trajectories) > 4).any(), "some leave the map"
-    expected = []
-    for trajectory in trajectories.astype(float):
-        cost = 0.0
-        for x, y in trajectory:
-            row, column = int(np.floor(x / 0.2 + 20)), int(np.floor(y / 0.2 + 20))
-            if 0 <= row < 40 and 0 <= column < 40:
-                cost += float(plan[row, column])
-        expected.append(cost)
-    np.testing.assert_allclose(obstacle_cost(plan, trajectories, grid), expected, rtol=1e-5)

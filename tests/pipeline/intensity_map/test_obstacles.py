@@ -75,6 +75,19 @@ def test_one_layer_above_the_threshold_makes_a_cell_solid(layer: int) -> None:
     assert np.count_nonzero(obstacles.solid) == 1
 
 
+@pytest.mark.parametrize("pooling", [0, 2])
+@pytest.mark.parametrize("reduction", list(Reduction))
+def test_the_threshold_itself_is_not_above_it(reduction: Reduction, pooling: int) -> None:
+    points = np.zeros((4, GRID.cells, GRID.cells), np.float32)
+    points[2, 4:14, 4:14] = 3
+    total, config = np.float32(0.6) * points, LayerConfig(reduction=reduction)
+    layers = IntensityLayers(total, points, np.where(points > 0, np.float32(0.6), np.float32(0)))
+    threshold = float(layers.values(config, GRID).max())
+    for factor, expected in ((1.0, False), (0.99, True)):
+        obstacle = ObstacleConfig(threshold=factor * threshold, pooling_cells=pooling)
+        assert find_obstacles(layers, GRID, config, obstacle).solid.any() == expected
+
+
 @settings(deadline=None, max_examples=30)
 @given(seed=st.integers(0, 10**6), low=st.floats(0.05, 0.9), more=st.floats(0, 0.5), pooling=st.integers(0, 3))
 def test_a_higher_threshold_never_adds_a_solid_cell(seed: int, low: float, more: float, pooling: int) -> None:
