@@ -45,14 +45,17 @@ def find_glass(
 
 
 def _patches(cell: Int64[Array, " k"], grid: GridConfig) -> Int32[Array, " k"]:
-    """The number of the patch that each cell belongs to; cells that have one cell between them are of one patch."""
+    """The number of the patch that each cell belongs to, from 0 on without gaps.
+
+    Cells that touch, or have one or two cells between them, are of one patch.
+    """
     row = cell // grid.cells
     column = cell - row * grid.cells
     row, column = row - row.min(), column - column.min()
     mask = np.zeros((int(row.max()) + 1, int(column.max()) + 1), np.uint8)
     mask[row, column] = 1
     _, labels = cv2.connectedComponents(cv2.dilate(mask, _NEIGHBOURS), connectivity=8)
-    return np.asarray(labels[row, column])
+    return np.asarray(labels[row, column] - 1)
 
 
 def _stronger_at_level(layers: IntensityLayers, cells: Int64[Array, " k"], config: GlassConfig) -> Bool[Array, " k"]:
@@ -68,9 +71,8 @@ def _stronger_at_level(layers: IntensityLayers, cells: Int64[Array, " k"], confi
 
 def _lines(points: Float32[Array, "k 2"], label: Int32[Array, " k"], config: GlassConfig) -> Float32[Array, "s 4"]:
     """The ends of each patch that is thin, faces the sensor and has points enough."""
-    numbers, label = np.unique(label, return_inverse=True)
-    size = len(numbers)
-    count = np.bincount(label, minlength=size)
+    count = np.bincount(label)
+    size = len(count)
     x, y = points[:, 0].astype(np.float64), points[:, 1].astype(np.float64)
     mean_x, mean_y = np.bincount(label, x, size) / count, np.bincount(label, y, size) / count
     dx, dy = x - mean_x[label], y - mean_y[label]
