@@ -99,15 +99,14 @@ def _extended(
     """Each line made longer at both ends, up to the first solid cell."""
     if not len(lines) or config.extend_m == 0:
         return lines
-    start, end = lines[:, :2], lines[:, 2:]
-    way = end - start
-    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), np.float32(1e-6))
-    steps = np.arange(1, round(2 * config.extend_m / grid.cell_m) + 1, dtype=np.float32) * np.float32(grid.cell_m / 2)
-    ends = []
-    for tip, outwards in ((start, -way), (end, way)):
-        reached = tip[:, None] + steps[:, None] * outwards[:, None]
-        row, column = (cell_numbers(axis.ravel(), grid) for axis in (reached[..., 0], reached[..., 1]))
-        open_so_far = np.logical_and.accumulate(~solid[row, column].reshape(len(lines), -1), axis=1)
-        length = open_so_far.sum(axis=1) * np.float32(grid.cell_m / 2)
-        ends.append(tip + length[:, None].astype(np.float32) * outwards)
-    return np.asarray(np.concatenate(ends, axis=1), np.float32)
+    tips = np.stack([lines[:, :2], lines[:, 2:]])  # [2, s, 2]
+    way = tips[1] - tips[0]
+    way /= np.maximum(np.hypot(way[:, 0], way[:, 1]), np.float32(1e-6))[:, None]
+    outwards = np.stack([-way, way])
+    step = np.float32(grid.cell_m / 2)
+    steps = np.arange(1, round(2 * config.extend_m / grid.cell_m) + 1, dtype=np.float32) * step
+    reached = tips[:, :, None] + steps[:, None] * outwards[:, :, None]  # [2, s, steps, 2]
+    row, column = cell_numbers(reached[..., 0].ravel(), grid), cell_numbers(reached[..., 1].ravel(), grid)
+    open_so_far = np.logical_and.accumulate(~solid[row, column].reshape(reached.shape[:-1]), axis=2)
+    ends = tips + (open_so_far.sum(axis=2) * step)[..., None] * outwards
+    return np.asarray(np.concatenate([ends[0], ends[1]], axis=1), np.float32)

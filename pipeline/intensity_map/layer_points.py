@@ -76,7 +76,7 @@ def sort_points(
 def cell_numbers(coordinate_m: Float32[Array, " k"], grid: GridConfig) -> Int64[Array, " k"]:
     """The row of each x, or the column of each y; what lies beyond the grid gets the nearest one."""
     number = (coordinate_m * np.float32(1 / grid.cell_m) + np.float32(0.5 * grid.cells)).astype(np.int64)
-    return np.asarray(np.clip(number, 0, grid.cells - 1))
+    return np.asarray(np.minimum(np.maximum(number, 0), grid.cells - 1))
 
 
 def _taken(mask: Bool[Array, " p"], *columns: Float32[Array, " p"]) -> tuple[Float32[Array, " k"], ...]:
