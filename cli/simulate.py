@@ -140,6 +140,9 @@ def print_simulation(report: "SimulationReport") -> None:
     if report.skipped:
         print_notes([f"{len(report.skipped)} episodes were there already, skipped"])
     print_notes(report.notes)
+    if not report.episodes:
+        console().print(f"nothing new; recordings: {report.folder}", markup=False)
+        return
     failures = ", ".join(f"{n} {kind}" for kind, n in report.failures.items()) or "no failures"
     done = f"{len(report.episodes)} episodes, {report.minutes:.1f} minutes, {report.size_bytes / 1e6:.1f} MB"
     wrong = f"{failures} ({100 * report.failed_share:.0f} % of the time)"
