@@ -15,6 +15,7 @@ CUTS = {"ros1": 20.0, "db3": 120.0, "mcap": 240.0}
 SECONDS = 8.0
 
 
+@pytest.mark.slow
 @pytest.mark.recordings
 def test_real_recordings_become_a_verified_artefact(
     navtool: Callable[..., Any],
