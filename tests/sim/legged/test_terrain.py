@@ -56,7 +56,14 @@ def test_a_ball_beside_a_step_meets_its_edge_before_the_floor() -> None:
 
 
 def test_the_grip_is_that_of_the_place() -> None:
-    hold = {"friction": 0.3, "stiffness_npm": 9.0, "damping_nspm": 8.0, "drag_nspm2": 7.0, "cover_m": 0.6, "stems_n": 5.0}
+    hold = {
+        "friction": 0.3,
+        "stiffness_npm": 9.0,
+        "damping_nspm": 8.0,
+        "drag_nspm2": 7.0,
+        "cover_m": 0.6,
+        "stems_n": 5.0,
+    }
     footing = patch(np.zeros((5, 5)), **hold)
     contact = Terrain(footing).contact(np.zeros((1, 3)), np.array([0.03]))
     assert contact.grip[0].tolist() == list(hold.values())
