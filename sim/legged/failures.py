@@ -9,6 +9,7 @@ from jaxtyping import Bool
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import quaternion_to_rpy
 from navtool.sim.drive.failure import Failure, FailureKind
+from navtool.sim.drive.stretches import stretches
 from navtool.sim.legged.body import LEGS, STEP_S
 from navtool.sim.legged.obstacle import Obstacle
 from navtool.sim.legged.samples import Samples
@@ -64,7 +65,7 @@ def _falls(samples: Samples) -> list[Failure]:
 def _collisions(samples: Samples, obstacles: Sequence[Obstacle], limits: FailureLimits) -> list[Failure]:
     return [
         _failure(samples, FailureKind.collision, start, end, f"against {obstacles[samples.obstacle[start]].name}")
-        for start, end in _stretches(samples.obstacle >= 0, limits.gap_s)
+        for start, end in stretches(samples.obstacle >= 0, limits.gap_s / STEP_S)
     ]
 
 
@@ -74,7 +75,7 @@ def _stumbles(samples: Samples, limits: FailureLimits) -> list[Failure]:
     slid = _slid(samples, limits)
     thrown = _thrown(samples, limits)
     found = []
-    for start, end in _stretches((caught | slid.any(axis=1) | thrown) & upright, limits.gap_s):
+    for start, end in stretches((caught | slid.any(axis=1) | thrown) & upright, limits.gap_s / STEP_S):
         if thrown[start:end].any():
             reason = "the body was thrown about"
         elif slid[start:end].any():
@@ -94,7 +95,7 @@ def _stuck(samples: Samples, obstacles: Sequence[Obstacle], limits: FailureLimit
     went = np.hypot(*(samples.position_m[span:, :2] - samples.position_m[:-span, :2]).T)
     no_headway = (asked > limits.least_command_mps * limits.stuck_window_s) & (went < limits.stuck_share * asked)
     found = []
-    for first, last in _stretches(no_headway & ~samples.fallen[span:], limits.gap_s):
+    for first, last in stretches(no_headway & ~samples.fallen[span:], limits.gap_s / STEP_S):
         start, end = first, last + span
         touched = samples.obstacle[start:end]
         if (touched >= 0).mean() > 0.2:
@@ -126,18 +127,6 @@ def _thrown(samples: Samples, limits: FailureLimits) -> Bool[Array, "n"]:
     total = np.cumsum(np.pad(turned[:, :2], ((span, 0), (0, 0)), mode="edge"), axis=0)
     mean = (total[span:] - total[:-span]) / span
     return np.asarray((np.abs(turned[:, :2] - mean) > limits.tilt_rad).any(axis=1))
-
-
-def _stretches(flags: Bool[Array, "n"], gap_s: float) -> list[tuple[int, int]]:
-    """Return first and one past last index of each run of true, runs with short gaps between them joined."""
-    edges = np.diff(flags.astype(np.int8), prepend=0, append=0)
-    runs: list[tuple[int, int]] = []
-    for start, end in zip(np.flatnonzero(edges > 0).tolist(), np.flatnonzero(edges < 0).tolist(), strict=True):
-        if runs and (start - runs[-1][1]) * STEP_S < gap_s:
-            runs[-1] = (runs[-1][0], end)
-        else:
-            runs.append((start, end))
-    return runs
 
 
 def _failure(samples: Samples, kind: FailureKind, start: int, end: int, reason: str) -> Failure:

@@ -8,6 +8,7 @@ from jaxtyping import Bool
 
 from navtool.pipeline.arrays import Array
 from navtool.sim.drive.failure import Failure, FailureKind
+from navtool.sim.drive.stretches import stretches
 from navtool.sim.errors import SimError
 from navtool.sim.wheeled.config import STEP_S
 from navtool.sim.wheeled.samples import Samples
@@ -76,7 +77,7 @@ def _collisions(samples: Samples, obstacles: Sequence[Obstacle], limits: Failure
     moves &= samples.obstacle < 0
     found: list[Failure] = []
     end = 0
-    for start, last in _stretches(samples.obstacle >= 0, limits.gap_s):
+    for start, last in stretches(samples.obstacle >= 0, limits.gap_s / STEP_S):
         if start < end:
             continue
         leaves = np.flatnonzero(moves[last:])
@@ -94,7 +95,7 @@ def _stuck(samples: Samples, obstacles: Sequence[Obstacle], limits: FailureLimit
     goes |= (turn > limits.command_radps) & (around > limits.headway * turn)
     asked = (speed > limits.command_mps) | (turn > limits.command_radps)
     found = []
-    for start, end in _stretches(asked & ~goes & ~samples.fallen, 0.0):
+    for start, end in stretches(asked & ~goes & ~samples.fallen):
         if (end - start) * STEP_S < limits.stuck_s:
             continue
         touched = samples.obstacle[start:end]
@@ -120,7 +121,7 @@ def _stumbles(samples: Samples, limits: FailureLimits) -> list[Failure]:
     lifted = np.abs(np.diff(samples.bounce[:, 0], prepend=0.0)) / STEP_S > limits.thrown_mps2
     leans = _leans(samples, limits)
     found = []
-    for start, end in _stretches((lifted | leans) & ~blow & ~samples.fallen, limits.gap_s):
+    for start, end in stretches((lifted | leans) & ~blow & ~samples.fallen, limits.gap_s / STEP_S):
         ground = SURFACES[int(samples.surface[start])].name.replace("_", " ")
         reason = f"leaned over on {ground}" if leans[start:end].any() else f"thrown up by {ground}"
         found.append(_failure(samples, FailureKind.stumble, start, end, reason))
@@ -134,18 +135,6 @@ def _leans(samples: Samples, limits: FailureLimits) -> Bool[Array, "n"]:
     total = np.cumsum(np.pad(lean, ((span, 0), (0, 0)), mode="edge"), axis=0)
     mean = (total[span:] - total[:-span]) / span
     return np.asarray((np.abs(lean - mean) > limits.thrown_rad).any(axis=1))
-
-
-def _stretches(flags: Bool[Array, "n"], gap_s: float) -> list[tuple[int, int]]:
-    """First and one past last index of each run of true, runs with shorter gaps between them joined."""
-    edges = np.diff(flags.astype(np.int8), prepend=0, append=0)
-    runs: list[tuple[int, int]] = []
-    for start, end in zip(np.flatnonzero(edges > 0).tolist(), np.flatnonzero(edges < 0).tolist(), strict=True):
-        if runs and (start - runs[-1][1]) * STEP_S < gap_s:
-            runs[-1] = (runs[-1][0], end)
-        else:
-            runs.append((start, end))
-    return runs
 
 
 def _named(obstacle: Obstacle) -> str:
