@@ -21,7 +21,7 @@ def demo(
     seed: int = typer.Option(0, "--seed", min=0, help="Decides the recordings and the training."),
     episodes: int = typer.Option(6, "--episodes", min=3, help="Recordings to write."),
     seconds: float = typer.Option(12.0, "--seconds", min=10.0, help="Length of each recording."),
-    epochs: int = typer.Option(4, "--epochs", min=1, help="Epochs to train."),
+    epochs: int = typer.Option(2, "--epochs", min=1, help="Epochs to train."),
 ) -> None:
     """Run the whole chain on simulated recordings.
 
