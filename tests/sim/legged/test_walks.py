@@ -19,12 +19,12 @@ SURFACES = ("concrete", "asphalt", "sand", "gravel", "mulch", "grass", "tall_gra
 STABLE = ("concrete", "asphalt")
 MAY_FALL = ("mud", "rock_bed")
 """Where a gait may fall; nowhere else."""
-HOLDS = ("tall_grass",)
-"""Dense stems take a part of its way, and hold it now and then."""
 EQUAL_MPS = 0.3
 CRUISE_MPS = {GaitName.TROT: 0.6, GaitName.CRAWL: 0.3, GaitName.AMBLE: 0.6}
 SEEDS = (21,)
 START_M = -6.0
+PATIENCE = 4.0
+"""It is given so many times as long as its speed asks for: dense stems hold it now and then."""
 FAR = ("concrete",)
 """Where it walks 20 m; elsewhere 3 m."""
 
@@ -47,7 +47,7 @@ def walk() -> Walk:
         )
         vehicle = LeggedVehicle(make_world(config, seed), gait)
         state = vehicle.reset(START_M, 0.0, 0.0)
-        while state.x_m < metres + START_M and not state.fallen and state.time_s < 1.5 * metres / speed_mps:
+        while state.x_m < metres + START_M and not state.fallen and state.time_s < PATIENCE * metres / speed_mps:
             turn = min(max(-0.5 * state.y_m - state.yaw_rad, -0.4), 0.4)
             state = vehicle.step(speed_mps, turn, 0.2)
         return vehicle.drive(1)
@@ -98,7 +98,7 @@ def test_it_walks_far_on_every_surface(walk: Walk, surface: str, gait: GaitName)
         assert went_m(drive) >= metres or falls(drive), "it may fall there, but then it says so"
     else:
         assert not falls(drive)
-        assert went_m(drive) >= (0.5 * metres if surface in HOLDS else metres)
+        assert went_m(drive) >= metres
 
 
 @pytest.mark.slow
