@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 from arc_drive import JOINTS, arc_drive
+from jaxtyping import Float64
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
@@ -17,18 +18,20 @@ from navtool.datasets.inspect import inspect_recording
 from navtool.datasets.lineage import recording_sha256
 from navtool.datasets.robot import TopicCandidates
 from navtool.pipeline.arrays import Array
+from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_quaternion
 from navtool.sim.drive.drive import Drive
 from navtool.sim.record.bag_format import BagFormat
 from navtool.sim.record.messages import MessageFactory
-from navtool.sim.record.recorder_config import RecorderConfig
-from navtool.sim.record.rig import CAMERA, LIDAR, RIGS, RobotKind
+from navtool.sim.record.recorder_config import CameraSetup, RecorderConfig
+from navtool.sim.record.rig import CAMERA, LIDAR, RIGS, Rig, RobotKind
 from navtool.sim.record.stage import Stage
 from navtool.sim.record.streams import START_NS, TOPICS, TRUTH_IMAGE_TOPICS, Take, entries
 from navtool.sim.sensors.lidar_config import LidarConfig, Returns
 from navtool.sim.world.surfaces import SURFACES
 
 SECONDS = 2.0
+SMALL = CameraSetup(width=64, height=48)
 POINT = np.dtype([("xyz", "<f4", 3), ("intensity", "<f4"), ("ring", "<u2"), ("time", "<f4")])
 Messages = dict[str, list[tuple[int, Any]]]
 
@@ -143,10 +146,19 @@ def test_the_true_odometry_is_the_drive(messages: Messages, drive: Drive) -> Non
         assert message.twist.twist.angular.z == pytest.approx(0.3)
 
 
-def test_pictures_and_their_truth_belong_together(messages: Messages) -> None:
+def depth_of_ground(camera: CameraModel, rig: Rig, base_height_m: float) -> Float64[Array, " w"]:
+    """How far along the optical axis the bottom row of pixels sees level ground."""
+    pixels = np.stack([np.arange(camera.width), np.full(camera.width, camera.height - 1)], axis=1).astype(np.float64)
+    base_camera = rig.mount(CAMERA)
+    down = -(camera.rays(pixels).directions @ base_camera[:3, :3].T)[:, 2]
+    return np.asarray((base_height_m + base_camera[2, 3]) / down)
+
+
+def test_pictures_and_their_truth_belong_together(messages: Messages, drive: Drive) -> None:
     names = json.loads(messages["/ground_truth/surfaces"][0][1].data)
     assert names == {**{str(i): surface.name for i, surface in enumerate(SURFACES)}, "255": "sky"}
     seen, true = ("image_raw/compressed", "camera_info"), ("segmentation", "depth")
+    ground = 1000 * depth_of_ground(SMALL.model(), RIGS[RobotKind.wheeled], float(drive.position_m[0, 2]))
     four = [*(f"/camera/front/{name}" for name in seen), *(f"/ground_truth/{name}" for name in true)]
     for quadruple in zip(*(messages[topic] for topic in four), strict=True):
         assert len({stamp_ns(message) for _, message in quadruple}) == 1
@@ -160,7 +172,7 @@ def test_pictures_and_their_truth_belong_together(messages: Messages) -> None:
         millimetres = depth.data.view("<u2").reshape(48, 64)
         assert set(np.unique(surface).astype(str)) <= set(names)
         assert (millimetres[surface == 255] == 0).all()
-        assert 300 < np.median(millimetres[-1]) < 3000, "the ground before the robot"
+        assert np.median(millimetres[-1] / ground) == pytest.approx(1.0, abs=0.02), "the ground before the robot"
 
 
 def test_clouds_are_laid_out_as_their_fields_say(messages: Messages) -> None:
