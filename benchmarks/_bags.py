@@ -104,7 +104,9 @@ def sights() -> tuple[list[NDArray[np.uint8]], list[Scan]]:
     frames, clouds = [], []
     for x, y in way.tolist():
         height = float(world.ground.height_at(np.array([x]), np.array([y]))[0])
-        robot = transform_from_xyz_rpy(np.array([x, y, height + 0.165]), np.array([0.0, 0.0, heading]))
+        robot = transform_from_xyz_rpy(
+            np.array([x, y, height - rig.mount("base_footprint")[2, 3]]), np.array([0.0, 0.0, heading])
+        )
         lux = world.config.light.illuminance_lux
         view = camera.picture(stage.shader, _standing(robot @ rig.mount(CAMERA)), lux, rng).rgb
         noisy = view.astype(np.float32) + rng.normal(0.0, 6.0, view.shape).astype(np.float32)

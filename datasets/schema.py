@@ -31,7 +31,6 @@ IMAGE_RELIABILITY_KEYS = tuple(
     f"observation.reliability.{name}" for name in ("image", "image_brightness", "image_corners")
 )
 CLOUD_RELIABILITY_KEYS = tuple(f"observation.reliability.{name}" for name in ("cloud", "cloud_edge", "cloud_planar"))
-LABEL_KEYS = ("label.outcome", "label.known", "label.reason", "label.confidence")
 DEFAULT_KEYS = ("timestamp", "frame_index", "episode_index", "index", "task_index")
 """LeRobot's own columns: ``timestamp`` is frame_index / fps; the true time is ``observation.timestamp_ns``."""
 

@@ -23,11 +23,9 @@ class Distortion(Protocol):
 
     def distort(self, normalised: Float64[Array, "n 2"]) -> Float64[Array, "n 2"]:
         """The distorted position of each point."""
-        ...
 
     def undistort(self, distorted: Float64[Array, "n 2"]) -> Float64[Array, "n 2"]:
         """The undistorted position; where there is none, some position that `distort` does not map back."""
-        ...
 
 
 class RationalDistortion:

@@ -19,20 +19,3 @@ def vibration_rms(specific_force_mps2: Float64[Array, "n 3"], settle: int) -> fl
     mean = (total[settle:] - total[:-settle]) / settle
     shaken = specific_force_mps2[settle:] - mean
     return float(np.sqrt((shaken * shaken).sum(axis=1).mean()))
-
-
-def imu_energy(specific_force_mps2: Float64[Array, "n 3"]) -> float:
-    """Return AMCO's IMU energy density: the sum over axes and readings of the squared acceleration (AMCO V-C)."""
-    return float((specific_force_mps2 * specific_force_mps2).sum())
-
-
-def hip_vibration_cost(
-    position_rad: Float64[Array, "n hips"], reference_rad: Float64[Array, "m hips"]
-) -> Float64[Array, "n"]:
-    """Return AMCO's vibration cost at each moment: how far the hip joints leave their range on a stable reference.
-
-    Reference: AMCO V-C, the equation below its list of metrics; the reference is a drive on concrete.
-    """
-    low, high = reference_rad.min(axis=0), reference_rad.max(axis=0)
-    outside = np.maximum(low - position_rad, 0.0) + np.maximum(position_rad - high, 0.0)
-    return np.asarray(outside.sum(axis=1))

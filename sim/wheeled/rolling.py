@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from navtool.sim.wheeled.config import GRAVITY_MPS2, STEP_S, WheeledConfig
+from navtool.sim.wheeled.config import STEP_S, WheeledConfig
 
 WOUND_HOLDS = 1.0
 """Force over weight for what has wound itself around the axles, in units of the drag it comes from. Chosen: a robot is
@@ -142,8 +142,3 @@ def _sign(now: float, asked: float, still: float) -> float:
 def _slowed(free: float, most: float) -> float:
     """A speed that Coulomb's friction has braked, at most to rest."""
     return max(free - most, 0.0) if free > 0 else min(free + most, 0.0)
-
-
-def weight_n(config: WheeledConfig) -> float:
-    """The robot's weight."""
-    return config.mass_kg * GRAVITY_MPS2

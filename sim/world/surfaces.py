@@ -24,7 +24,7 @@ Where the numbers come from:
 """
 
 import numpy as np
-from jaxtyping import Bool, Float32
+from jaxtyping import Float32
 
 from navtool.pipeline.arrays import Array
 from navtool.sim.errors import SimError
@@ -205,8 +205,3 @@ def surface_number(name: str) -> int:
 def surface_values(field: str) -> Float32[Array, " surfaces"]:
     """One numeric field of all surfaces, by number."""
     return np.array([getattr(surface, field) for surface in SURFACES], np.float32)
-
-
-def is_pliable() -> Bool[Array, " surfaces"]:
-    """Whether each surface bends out of a robot's way, by number."""
-    return np.array([surface.pliable for surface in SURFACES])
