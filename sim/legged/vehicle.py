@@ -25,8 +25,6 @@ from navtool.sim.legged.world_footing import WorldFooting
 from navtool.sim.legged.world_obstacles import world_obstacles
 from navtool.sim.world.place import World
 
-AFTER_FALL_S = 1.0
-"""A robot that fell is watched for this long before its drive is over."""
 HALF_WIDTH_M = 0.25
 """Half of the published width."""
 
@@ -34,8 +32,7 @@ HALF_WIDTH_M = 0.25
 class LeggedVehicle:
     """A quadruped in a world; it begins at the world's start and faces its goal (see `Vehicle`).
 
-    Solid things stop it, what grows and lies there holds it, and it may fall: `VehicleState.fallen` is set once it has
-    lain for `AFTER_FALL_S`, in which it comes to rest.
+    Solid things stop it, what grows and lies there holds it, and it may fall.
 
     Args:
         world: The place.
@@ -62,7 +59,6 @@ class LeggedVehicle:
         self.speed_limit_mps = GAITS[gait].top_speed_mps
         self.turn_limit_radps = config.top_turn_radps
         self.half_width_m = HALF_WIDTH_M
-        self._fell_s = math.inf
 
     def set_gait(self, gait: GaitName) -> None:
         """Walk on in another gait, which may have another speed limit, until the next reset."""
@@ -75,7 +71,6 @@ class LeggedVehicle:
         Raises:
             SimError: Something solid is in the way.
         """
-        self._fell_s = math.inf
         self.speed_limit_mps = GAITS[self._gait].top_speed_mps
         return self._state(self._robot.reset(x_m, y_m, yaw_rad))
 
@@ -105,8 +100,6 @@ class LeggedVehicle:
         return _drive_of(track, tuple((time_s, gait.value) for time_s, gait in self._robot.gaits))
 
     def _state(self, state: LeggedState) -> VehicleState:
-        if state.fallen:
-            self._fell_s = min(self._fell_s, state.time_s)
         x, y, _ = state.position_m
         return VehicleState(
             time_s=state.time_s,
@@ -117,7 +110,7 @@ class LeggedVehicle:
             turn_radps=state.rates_radps[2],
             touches=state.touches,
             held=state.held,
-            fallen=state.time_s - self._fell_s >= AFTER_FALL_S - 1e-9,
+            fallen=state.fallen,
         )
 
 

@@ -4,12 +4,13 @@ from collections.abc import Callable
 from functools import cache
 
 import pytest
+from legged_walk import walk_straight
 
 from navtool.sim.legged.footing import Footing
 from navtool.sim.legged.footings import concrete
 from navtool.sim.legged.gaits import GaitName
 from navtool.sim.legged.robot import LeggedRobot
-from navtool.sim.legged.track import LeggedTrack, Order, roll_out
+from navtool.sim.legged.track import LeggedTrack
 
 CRUISE_MPS = {GaitName.TROT: 0.5, GaitName.CRAWL: 0.3, GaitName.AMBLE: 0.5}
 
@@ -20,7 +21,7 @@ def drive() -> Callable[..., LeggedTrack]:
 
     def go(footing: Footing, gait: GaitName, seconds: float, speed_mps: float | None = None) -> LeggedTrack:
         speed = CRUISE_MPS[gait] if speed_mps is None else speed_mps
-        return roll_out(LeggedRobot(footing, gait=gait), [Order(seconds, speed)], seed=1)
+        return walk_straight(LeggedRobot(footing, gait=gait), seconds, speed)
 
     return go
 

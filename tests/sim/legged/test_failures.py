@@ -3,6 +3,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from legged_walk import walk_straight
 
 from navtool.sim.drive.failure import Failure, FailureKind
 from navtool.sim.legged.body import STEP_S
@@ -11,7 +12,7 @@ from navtool.sim.legged.footings import concrete, rocks
 from navtool.sim.legged.gaits import GaitName
 from navtool.sim.legged.obstacle import Form, Obstacle
 from navtool.sim.legged.robot import LeggedRobot
-from navtool.sim.legged.track import LeggedTrack, Order, roll_out
+from navtool.sim.legged.track import LeggedTrack, track_of
 
 
 def of(failures: tuple[Failure, ...], kind: FailureKind) -> list[Failure]:
@@ -25,7 +26,7 @@ def test_nothing_fails_on_level_hard_ground(gait: GaitName, on_concrete: Callabl
 
 def test_a_wall_is_hit_where_it_stands_and_then_it_is_stuck() -> None:
     wall = Obstacle(name="garden wall", form=Form.BOX, centre_m=(1.5, 0.0, 0.5), size_m=(0.1, 2.0, 0.5))
-    track = roll_out(LeggedRobot(concrete(), [wall]), [Order(5.5, 0.5)], seed=1)
+    track = walk_straight(LeggedRobot(concrete(), [wall]), 5.5, 0.5)
     hits, stuck = of(track.failures, FailureKind.collision), of(track.failures, FailureKind.stuck)
     assert hits[0].reason == "against garden wall"
     assert 0.6 < hits[0].x_m < 1.2
@@ -36,32 +37,35 @@ def test_a_wall_is_hit_where_it_stands_and_then_it_is_stuck() -> None:
 
 def test_a_thicket_entangles_it() -> None:
     thicket = dataclasses.replace(concrete(), drag_nspm2=1500.0, cover_m=0.7)
-    track = roll_out(LeggedRobot(thicket), [Order(4.0, 0.4)], seed=1)
+    track = walk_straight(LeggedRobot(thicket), 4.0, 0.4)
     assert of(track.failures, FailureKind.entangled)
     assert not of(track.failures, FailureKind.collision)
 
 
-def test_a_cliff_makes_it_fall_and_the_track_ends_soon_after() -> None:
+def test_a_cliff_makes_it_fall_for_the_rest_of_the_track() -> None:
     heights = concrete().heights_m.copy()
     heights[:, round(4.5 / 0.04) :] = -1.0
-    track = roll_out(LeggedRobot(dataclasses.replace(concrete(), heights_m=heights)), [Order(20.0, 0.5)], seed=1)
+    robot = LeggedRobot(dataclasses.replace(concrete(), heights_m=heights))
+    fell_s = float(walk_straight(robot, 20.0, 0.5).time_s[-1])
+    robot.step(0.5, 0.0, 1.0)
+    track = track_of(robot, seed=1)
     (fall,) = of(track.failures, FailureKind.fall)
     assert 0.9 < fall.x_m < 2.2
-    assert track.time_s[-1] - fall.start_s == pytest.approx(1.0, abs=0.1)
+    assert fall.start_s == pytest.approx(fell_s, abs=0.01)
     assert fall.end_s == pytest.approx(track.time_s[-1] + STEP_S)
 
 
 def test_feet_that_slide_are_stumbles(on_concrete: Callable[[GaitName], LeggedTrack]) -> None:
     limits = FailureLimits(slip_m=0.03)
     ice = dataclasses.replace(concrete(), friction=0.22)
-    slid = roll_out(LeggedRobot(ice), [Order(3.0, 0.5)], seed=1)
+    slid = walk_straight(LeggedRobot(ice), 3.0, 0.5)
     stumbles = of(find_failures(slid.truth, limits=limits), FailureKind.stumble)
     assert any("foot slid" in failure.reason for failure in stumbles)
     assert find_failures(on_concrete(GaitName.TROT).truth, limits=limits) == ()
 
 
 def test_stones_make_it_stumble_and_every_failure_has_its_time_and_place() -> None:
-    track = roll_out(LeggedRobot(rocks(1)), [Order(5.0, 0.5)], seed=1)
+    track = walk_straight(LeggedRobot(rocks(1)), 5.0, 0.5)
     stumbles = of(track.failures, FailureKind.stumble)
     assert stumbles
     starts = [failure.start_s for failure in track.failures]

@@ -3,6 +3,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from legged_walk import walk_straight
 
 from navtool.sim.errors import SimError
 from navtool.sim.legged.body import JOINT_NAMES
@@ -10,7 +11,7 @@ from navtool.sim.legged.footings import concrete
 from navtool.sim.legged.gaits import GaitName
 from navtool.sim.legged.proprioception import JOINTS_EVERY, SensorConfig, measure
 from navtool.sim.legged.robot import LeggedRobot
-from navtool.sim.legged.track import LeggedTrack, Order, roll_out
+from navtool.sim.legged.track import LeggedTrack
 
 
 def test_every_stream_has_its_rate_and_shape(on_concrete: Callable[[GaitName], LeggedTrack]) -> None:
@@ -58,7 +59,7 @@ def test_on_hard_ground_the_odometry_drifts_little(
 def test_feet_that_slide_deceive_the_odometry(on_concrete: Callable[[GaitName], LeggedTrack]) -> None:
     ice = dataclasses.replace(concrete(), friction=0.22)
     errors = []
-    for track in (on_concrete(GaitName.TROT), roll_out(LeggedRobot(ice), [Order(5.0, 0.5)], seed=1)):
+    for track in (on_concrete(GaitName.TROT), walk_straight(LeggedRobot(ice), 5.0, 0.5)):
         moved = track.truth.position_m[-1, :2] - track.truth.position_m[0, :2]
         errors.append(np.hypot(*(track.measured.odometry[-1, :2] - moved)))
     assert errors[1] > 1.5 * errors[0]

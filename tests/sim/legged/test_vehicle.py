@@ -7,15 +7,18 @@ import mujoco
 import numpy as np
 import pytest
 
+from navtool.sim.drive.config import DriveConfig, DriverKind
 from navtool.sim.drive.drive import Drive
 from navtool.sim.drive.failure import FailureKind
+from navtool.sim.drive.make import roll_out
+from navtool.sim.drive.script import Order
 from navtool.sim.drive.vehicle import Vehicle
 from navtool.sim.errors import SimError
 from navtool.sim.legged.body import FOOT_RADIUS_M, MASS_KG, STEP_S
 from navtool.sim.legged.gaits import GAITS, GaitName
 from navtool.sim.legged.robot import LeggedRobot
 from navtool.sim.legged.terrain import Terrain
-from navtool.sim.legged.vehicle import AFTER_FALL_S, LeggedVehicle
+from navtool.sim.legged.vehicle import LeggedVehicle
 from navtool.sim.legged.world_footing import LOOSE_M, REFERENCE_MPS, WINDING, WorldFooting
 from navtool.sim.legged.world_obstacles import world_obstacles
 from navtool.sim.world.height_field import HeightField
@@ -276,13 +279,12 @@ def test_a_fallen_robot_is_watched_for_a_second() -> None:
     world = level()
     heights = world.ground.heights_m.copy()
     heights[1:-1, 50:-1] = -1.0  # a cliff three metres ahead
-    vehicle = LeggedVehicle(dataclasses.replace(world, ground=dataclasses.replace(world.ground, heights_m=heights)))
-    while not (state := vehicle.step(0.6, 0.0, 0.1)).fallen:
-        assert state.time_s < 15.0
-    drive = vehicle.drive(1)
+    world = dataclasses.replace(world, ground=dataclasses.replace(world.ground, heights_m=heights))
+    ahead = DriveConfig(driver=DriverKind.script, orders=[Order(duration_s=15.0, speed_mps=0.6)])
+    drive = roll_out(LeggedVehicle(world), world, ahead, seed=1)
     fall = drive.failures[-1] if drive.failures[-1].kind is FailureKind.fall else drive.failures[0]
     assert fall.kind is FailureKind.fall
-    assert drive.duration_s - fall.start_s == pytest.approx(AFTER_FALL_S, abs=0.21)
+    assert drive.duration_s - fall.start_s == pytest.approx(1.0, abs=0.06)
 
 
 def test_a_drive_needs_a_step() -> None:
