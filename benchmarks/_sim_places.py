@@ -6,15 +6,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
+from navtool.sim.record.recorder_config import CameraSetup
+from navtool.sim.record.rig import CAMERA, LIDAR, RIGS, RobotKind
 from navtool.sim.world.place import World
 from navtool.sim.world.scenario import ScenarioConfig, load_scenario
 
 ROOT = Path(__file__).resolve().parents[1]
 PLACES = 6
-OPTICAL = np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
-MODEL = CameraModel(320, 240, 228.5, 228.5, 159.5, 119.5, "plumb_bob", (-0.28, 0.07, 0.0005, -0.0003, 0.0))
+RIG = RIGS[RobotKind.wheeled]
+BASE_HEIGHT_M = -RIG.mount("base_footprint")[2, 3]
+MODEL = CameraSetup().model()
 
 
 class Stand(NamedTuple):
@@ -40,13 +42,16 @@ def stands(world: World) -> list[Stand]:
 
 
 def lidar_poses(stand: Stand, columns: int) -> NDArray[np.float64]:
-    poses = np.tile(np.eye(4), (columns, 1, 1))
-    poses[:, :3, 3] = stand.x_m, stand.y_m, stand.ground_m + 0.8
-    return poses
+    """Of the LiDAR on a robot that stands there."""
+    return np.tile(_base(stand, np.zeros(1)) @ RIG.mount(LIDAR), (columns, 1, 1))
 
 
 def camera_poses(stand: Stand, time_s: NDArray[np.float64], turn_radps: float = 0.5) -> NDArray[np.float64]:
+    """Of the camera on a robot that passes there at 0.8 m/s while it turns."""
+    return np.asarray(_base(stand, time_s, turn_radps) @ RIG.mount(CAMERA))
+
+
+def _base(stand: Stand, time_s: NDArray[np.float64], turn_radps: float = 0.0) -> NDArray[np.float64]:
     zero = np.zeros_like(time_s)
-    xyz = np.stack([stand.x_m + 0.8 * time_s, zero + stand.y_m, zero + stand.ground_m + 0.6], axis=-1)
-    rpy = np.stack([zero, zero + 0.08, turn_radps * time_s], axis=-1)
-    return np.asarray(transform_from_xyz_rpy(xyz, rpy) @ OPTICAL)
+    xyz = np.stack([stand.x_m + 0.8 * time_s, zero + stand.y_m, zero + stand.ground_m + BASE_HEIGHT_M], axis=-1)
+    return transform_from_xyz_rpy(xyz, np.stack([zero, zero, turn_radps * time_s], axis=-1))

@@ -13,10 +13,9 @@ import cv2
 import numpy as np
 from _report import Row, machine, write_report
 from _sim_claims import Claim, claims
-from _sim_places import MODEL, OPTICAL, ROOT, Stand, camera_poses, lidar_poses, scenario, stands
+from _sim_places import MODEL, ROOT, camera_poses, lidar_poses, scenario, stands
 from numpy.typing import NDArray
 
-from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
 from navtool.sim.sensors.camera import Camera
 from navtool.sim.sensors.lidar import Lidar
 from navtool.sim.sensors.shader import Shader
@@ -54,12 +53,12 @@ def speed_rows(name: str) -> Iterator[Row]:
     times: list[list[float]] = [[], [], [], [], []]
     for stand in stands(world):
         sweep, pose_at = lidar_poses(stand, lidar.config.columns), partial(camera_poses, stand)
-        beams, pixels = beam_rays(lidar), pixel_rays()
+        beams, pixels = seen_from(sweep[0], beam_rays(lidar)), seen_from(pose_at(np.zeros(1))[0], pixel_rays())
         actions: tuple[Callable[[], object], ...] = (
             partial(lidar.scan, scene, sweep, rng),
-            partial(scene.cast, origins(stand, 0.8, len(beams)), beams),
+            partial(scene.cast, *beams),
             partial(camera.picture, shader, pose_at, 5e4, rng),
-            partial(scene.cast, origins(stand, 0.6, len(pixels)), pixels),
+            partial(scene.cast, *pixels),
             partial(large.picture, shader, pose_at, 5e4, rng),
         )
         for action, taken in zip(actions, times, strict=True):
@@ -76,22 +75,22 @@ def speed_rows(name: str) -> Iterator[Row]:
     yield Row(what=what, ours=rate, unit="Hz", bar=FRAMES_BAR, holds=rate >= FRAMES_BAR)
 
 
-def beam_rays(lidar: Lidar) -> NDArray[np.float32]:
+def beam_rays(lidar: Lidar) -> NDArray[np.float64]:
     elevation, azimuth = np.broadcast_arrays(np.array(lidar.config.elevation_rad)[:, None], lidar.config.azimuth_rad())
     flat = np.cos(elevation)
     rays = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=-1)
-    return np.ascontiguousarray(rays.reshape(-1, 3), np.float32)
+    return rays.reshape(-1, 3)
 
 
-def pixel_rays() -> NDArray[np.float32]:
+def pixel_rays() -> NDArray[np.float64]:
     u, v = np.meshgrid(np.arange(MODEL.width), np.arange(MODEL.height))
-    optical = MODEL.rays(np.column_stack([u.ravel(), v.ravel()]).astype(np.float64)).directions
-    turn = transform_from_xyz_rpy(np.zeros(3), np.array([0.0, 0.08, 0.0])) @ OPTICAL
-    return np.ascontiguousarray(optical @ turn[:3, :3].T, np.float32)
+    return MODEL.rays(np.column_stack([u.ravel(), v.ravel()]).astype(np.float64)).directions
 
 
-def origins(stand: Stand, height_m: float, count: int) -> NDArray[np.float32]:
-    return np.tile(np.array([[stand.x_m, stand.y_m, stand.ground_m + height_m]], np.float32), (count, 1))
+def seen_from(pose: NDArray[np.float64], rays: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Origins and directions of a sensor's rays in the world."""
+    origins = np.tile(pose[:3, 3].astype(np.float32), (len(rays), 1))
+    return origins, np.ascontiguousarray(rays @ pose[:3, :3].T, np.float32)
 
 
 def cpu_seconds(action: Callable[[], object]) -> float:
