@@ -13,18 +13,13 @@ from typing import Any
 
 import pytest
 from disk_factory import SmallDisk
+from hashes import hashes
 
 from navtool.datasets.check import check_dataset
-from navtool.datasets.lineage import file_sha256
 from navtool.datasets.reader import NavDataset
 
 NAVTOOL = str(Path(sys.executable).with_name("navtool"))
 KILLS = 20
-
-
-def _hashes(root: Path) -> dict[str, str]:
-    files = (path for path in sorted(root.rglob("*")) if path.is_file())
-    return {path.relative_to(root).as_posix(): file_sha256(path) for path in files}
 
 
 @pytest.fixture
@@ -58,7 +53,7 @@ def test_twenty_kills_and_a_resume_give_the_bytes_of_an_undisturbed_run(
             assert episodes >= reported, "an episode that was there is there"
             reported = episodes
     subprocess.run([*command, str(out)], check=True, capture_output=True)  # noqa: S603
-    assert _hashes(out) == _hashes(whole)
+    assert hashes(out) == hashes(whole)
 
 
 @pytest.mark.slow
@@ -69,7 +64,7 @@ def test_a_full_disk_is_one_clear_error_and_earlier_episodes_stay(
     out = small_disk(30).place / "out"  # enough for one recording of 20 s and its staged clouds
     first = subprocess.run([NAVTOOL, "ingest", bags[0], "--out", str(out)], capture_output=True, text=True, check=False)  # noqa: S603
     assert first.returncode == 0, first.stderr
-    before = _hashes(out)
+    before = hashes(out)
     command = [NAVTOOL, "ingest", *bags, "--workers", workers, "--out", str(out)]
     full = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
     assert full.returncode == 1
@@ -79,7 +74,7 @@ def test_a_full_disk_is_one_clear_error_and_earlier_episodes_stay(
     assert 1 <= episodes < 4
     assert check_dataset(out).passed
     assert not (out / "navtool" / "staging").exists()
-    after = _hashes(out)
+    after = hashes(out)
     kept = ("data/chunk-000/file-000.parquet", "navtool/episodes/episode-000000/provenance.json")
     assert all(after[name] == before[name] for name in kept)
 

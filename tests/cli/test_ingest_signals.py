@@ -11,17 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hashes import hashes
 
 from navtool.datasets.check import check_dataset
-from navtool.datasets.lineage import file_sha256
 
 NAVTOOL = str(Path(sys.executable).with_name("navtool"))
 INTERRUPTS = 4
 PATIENCE_S = 20.0
-
-
-def hashes(root: Path) -> dict[str, str]:
-    return {path.relative_to(root).as_posix(): file_sha256(path) for path in sorted(root.rglob("*")) if path.is_file()}
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ from typing import Any
 
 import cv2
 import pytest
+from hashes import hashes
 
 from navtool.cli.main import main
 from navtool.datasets.lineage import file_sha256
@@ -25,11 +26,6 @@ PLACE = (
 )
 SENSORS = ("camera.width=64", "camera.height=48", "lidar.elevation_rad=[-0.1]", "lidar.firing_order=[0]")
 SMALL = (*PLACE, *SENSORS, "drive.duration_s=2")
-
-
-def hashes(root: Path) -> dict[str, str]:
-    files = (path for path in sorted(root.rglob("*")) if path.is_file() and path.name != ".lock")
-    return {path.relative_to(root).as_posix(): file_sha256(path) for path in files}
 
 
 def test_recordings_a_sheet_and_a_report_come_out(navtool: Callable[..., Any], tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from disk_factory import SmallDisk
+from hashes import hashes
 
 from navtool.datasets import journal
 from navtool.datasets.check import check_dataset
@@ -14,7 +15,6 @@ from navtool.datasets.files import move
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.ingest.report import IngestReport
-from navtool.datasets.lineage import file_sha256
 from navtool.datasets.reader import NavDataset
 from navtool.datasets.robot import RobotConfig
 
@@ -35,10 +35,6 @@ def ingested(bags: list[Path], out: Path) -> IngestReport:
     report = ingest(bags, out, RobotConfig(), IngestConfig())
     assert not report.quarantined
     return report
-
-
-def hashes(root: Path) -> dict[str, str]:
-    return {path.relative_to(root).as_posix(): file_sha256(path) for path in sorted(root.rglob("*")) if path.is_file()}
 
 
 @pytest.mark.parametrize("calls", [1, 3])

@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from few_messages import file_of
+from hashes import hashes
 
 from navtool.datasets.check import check_dataset
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.ingest.report import IngestReport
 from navtool.datasets.ingest.steps import segment_step
-from navtool.datasets.lineage import file_sha256
 from navtool.datasets.progress import Silent
 from navtool.datasets.robot import RobotConfig
 
@@ -41,14 +42,6 @@ class Meddler(Silent):
         if self._left <= 0 and not self.done_so:
             self.done_so = True
             self._action()
-
-
-def file_of(path: Path) -> Path:
-    return path if path.is_file() else next(x for x in path.iterdir() if x.suffix in (".db3", ".mcap"))
-
-
-def hashes(root: Path) -> dict[str, str]:
-    return {path.relative_to(root).as_posix(): file_sha256(path) for path in sorted(root.rglob("*")) if path.is_file()}
 
 
 def ingested(path: Path, out: Path, watch: Silent | None = None) -> IngestReport:

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hashes import hashes
+from ingesting import ingested
 
 from navtool.datasets.check import check_dataset
 from navtool.datasets.errors import DatasetsError, OutputError
-from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.ingest.ingest import ingest
-from navtool.datasets.ingest.report import IngestReport
 from navtool.datasets.ingest.steps import segment_step
 from navtool.datasets.ingest.workers import make_workers
 from navtool.datasets.labels.apply import label_dataset
@@ -27,22 +26,13 @@ Write = Callable[..., Path]
 Drive = Callable[..., Any]
 
 
-def _ingest(paths: list[Path], out: Path, **options: Any) -> IngestReport:
-    return ingest(paths, out, options.pop("robot", RobotConfig()), options.pop("config", IngestConfig()), **options)
-
-
-def _hashes(root: Path) -> dict[str, str]:
-    files = (path for path in sorted(root.rglob("*")) if path.is_file())
-    return {path.relative_to(root).as_posix(): file_sha256(path) for path in files}
-
-
 def test_segments_join_to_the_same_rows(
     write_recording: Write, drive_entries: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = write_recording("mcap", drive_entries(7.0))
-    _ingest([path], tmp_path / "one")
+    ingested([path], tmp_path / "one")
     monkeypatch.setattr("navtool.datasets.ingest.segment.TICKS_PER_SEGMENT", 16)
-    _ingest([path], tmp_path / "many")
+    ingested([path], tmp_path / "many")
     one, many = NavDataset(tmp_path / "one"), NavDataset(tmp_path / "many")
     assert file_sha256(one.layout.data(0)) == file_sha256(many.layout.data(0))
     assert len(list((many.layout.episode(0) / "clouds").iterdir())) == 5
@@ -65,13 +55,13 @@ def test_any_number_of_workers_gives_the_same_bytes(
     ]
     text = tmp_path / "run-1b.bag"
     text.write_text("no recording")
-    reports = {count: _ingest([*paths, text], tmp_path / f"by-{count}", workers=count) for count in (1, 3)}
-    assert _hashes(tmp_path / "by-1") == _hashes(tmp_path / "by-3")
+    reports = {count: ingested([*paths, text], tmp_path / f"by-{count}", workers=count) for count in (1, 3)}
+    assert hashes(tmp_path / "by-1") == hashes(tmp_path / "by-3")
     assert reports[1].to_json()["recordings"] == reports[3].to_json()["recordings"]
     assert [entry.path for entry in reports[3].quarantined] == [str(text)]
-    again = _ingest(paths, tmp_path / "by-3", workers=2)
+    again = ingested(paths, tmp_path / "by-3", workers=2)
     assert len(again.skipped) == 3
-    assert _hashes(tmp_path / "by-1") == _hashes(tmp_path / "by-3")
+    assert hashes(tmp_path / "by-1") == hashes(tmp_path / "by-3")
 
 
 def test_the_first_recording_may_fail_late_with_workers(
@@ -87,7 +77,7 @@ def test_the_first_recording_may_fail_late_with_workers(
 
     monkeypatch.setattr("navtool.datasets.ingest.ingest.segment_step", fail_on_a)
     monkeypatch.setattr("navtool.datasets.ingest.ingest.make_workers", lambda _, tell: make_workers(1, tell))
-    report = _ingest([rich, poor], tmp_path / "out", workers=2, allow_missing=True)
+    report = ingested([rich, poor], tmp_path / "out", workers=2, allow_missing=True)
     assert [entry.reason for entry in report.quarantined] == ["the second reading failed"]
     dataset = NavDataset(tmp_path / "out")
     assert not dataset.description.contents.lidar, "the failed recording fixes nothing"
@@ -101,19 +91,19 @@ def test_a_recording_that_changed_replaces_its_episode(
     second = write_recording("mcap", drive_entries(3.0, seed=2), name="run-2")
     grown = write_recording("mcap", drive_entries(4.0, seed=3), name="run-3")
     out = tmp_path / "out"
-    _ingest([first, second], out)
+    ingested([first, second], out)
     shutil.rmtree(first)
     shutil.move(grown, first)
-    report = _ingest([first, second], out)
+    report = ingested([first, second], out)
     assert [(episode.episode, episode.rebuilt) for episode in report.episodes] == [(0, True)]
     assert len(report.skipped) == 1
-    _ingest([first, second], tmp_path / "fresh")
-    assert _hashes(out) == _hashes(tmp_path / "fresh")
+    ingested([first, second], tmp_path / "fresh")
+    assert hashes(out) == hashes(tmp_path / "fresh")
     assert check_dataset(out).passed
     label_dataset(out, LabelConfig())
     # Another robot configuration makes another episode of the same recording.
     wide = RobotConfig(width_m=0.9)
-    again = _ingest([second], out, robot=wide)
+    again = ingested([second], out, robot=wide)
     assert [(episode.episode, episode.rebuilt) for episode in again.episodes] == [(1, True)]
     assert not (out / "navtool" / "labels.json").exists(), "the labels have to be made again"
     assert NavDataset(out).calibration(1).robot_width_m == 0.9
@@ -130,10 +120,10 @@ def test_runs_of_other_days_that_are_called_alike_replace_nothing(
         later = [(topic, kind, at + day * 86_400 * 10**9, f) for topic, kind, at, f in drive_entries(seed=day)]
         paths.append(recording_writer(folder, "mcap", later, "run"))
     out = tmp_path / "out"
-    report = _ingest(paths, out)
+    report = ingested(paths, out)
     assert [(episode.source, episode.rebuilt) for episode in report.episodes] == [("bags/run", False)] * 2
     assert len(NavDataset(out).episodes) == 2
-    assert _ingest([paths[1]], out).skipped == ["bags/run"]
+    assert ingested([paths[1]], out).skipped == ["bags/run"]
 
 
 def test_a_worker_that_dies_ends_the_ingest_with_its_reason(
@@ -146,5 +136,5 @@ def test_a_worker_that_dies_ends_the_ingest_with_its_reason(
 
     paths = [write_recording("mcap", drive_entries(seed=n), name=f"run-{n}") for n in range(2)]
     with pytest.raises(OutputError, match="a worker process was ended"):
-        _ingest(paths, tmp_path / "out", workers=2, progress=Killer())
+        ingested(paths, tmp_path / "out", workers=2, progress=Killer())
     assert not (tmp_path / "out").exists()

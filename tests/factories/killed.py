@@ -6,22 +6,18 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from hashes import hashes
+
 from navtool.datasets.check import check_dataset
 from navtool.datasets.files import read_json
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.layout import Layout
-from navtool.datasets.lineage import file_sha256
 from navtool.datasets.reader import NavDataset
 from navtool.datasets.robot import RobotConfig
 
 CALLS = ("replace", "rename", "fsync", "unlink", "rmdir")
 KILLED = 9
-
-
-def hashes(root: Path) -> dict[str, str]:
-    """The files of a folder."""
-    return {path.relative_to(root).as_posix(): file_sha256(path) for path in sorted(root.rglob("*")) if path.is_file()}
 
 
 def kill_at_every_call(before: Path | None, paths: Sequence[Path], folder: Path) -> tuple[int, list[str]]:

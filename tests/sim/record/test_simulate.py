@@ -8,8 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from hashes import hashes
 
-from navtool.datasets.lineage import file_sha256, recording_sha256
+from navtool.datasets.lineage import recording_sha256
 from navtool.sim.drive.config import DriveConfig, PoseConfig
 from navtool.sim.errors import SimError
 from navtool.sim.record.bag_format import BagFormat
@@ -22,12 +23,6 @@ from navtool.sim.record.stage import Stage
 from navtool.sim.world.scenario import ScenarioConfig, Split
 
 Configure = Callable[..., SimulationConfig]
-
-
-def hashes(root: Path) -> dict[str, str]:
-    """Of everything that is no lock."""
-    files = (path for path in sorted(root.rglob("*")) if path.is_file() and path.name != ".lock")
-    return {path.relative_to(root).as_posix(): file_sha256(path) for path in files}
 
 
 @pytest.fixture(scope="module")
