@@ -10,7 +10,7 @@ import av
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from jaxtyping import Float32, Shaped, UInt8
+from jaxtyping import Float32, Int64, Shaped, UInt8
 
 from navtool.datasets.calibration import Calibration, read_calibration
 from navtool.datasets.description import read_description
@@ -19,7 +19,7 @@ from navtool.datasets.files import read_json
 from navtool.datasets.journal import recover
 from navtool.datasets.layout import Layout
 from navtool.datasets.schema import CLOUD_SIZE, IMAGE_KEY, POINTS_KEY, arrow_schema, features_of
-from navtool.datasets.whole_clouds import WholeCloud, read_whole_clouds
+from navtool.datasets.whole_clouds import WholeCloud, read_whole_clouds, whole_cloud_stamps
 from navtool.pipeline.arrays import Array
 
 _REBUILD = "run `navtool check` on it; ingest its recording again"
@@ -190,6 +190,18 @@ class NavDataset:
         folder = self.layout.episode(episode) / "clouds"
         with _translated(folder):
             yield from read_whole_clouds(folder, verify=self._verify)
+
+    def cloud_stamps(self, episode: int) -> Int64[Array, " clouds"]:
+        """The times of an episode's whole clouds, in the order in which ``clouds`` gives them.
+
+        Raises:
+            DatasetsError: A file is damaged.
+            IndexError: If there is no such episode.
+        """
+        self._check_episode(episode)
+        folder = self.layout.episode(episode) / "clouds"
+        with _translated(folder):
+            return whole_cloud_stamps(folder)
 
     def _check_episode(self, episode: int) -> None:
         if not 0 <= episode < len(self.episodes):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
-from jaxtyping import Float32, Shaped, UInt16
+from jaxtyping import Float32, Int64, Shaped, UInt16
 
 from navtool.pipeline.arrays import Array
 
@@ -33,6 +33,12 @@ class WholeCloud:
     intensity: Float32[Array, " n"] | None
     ring: UInt16[Array, " n"] | None
     time_s: Float32[Array, " n"] | None
+
+
+def whole_cloud_stamps(folder: Path) -> Int64[Array, " clouds"]:
+    """The times of an episode's clouds in the order of record, on the clock of the grid."""
+    parts = [pq.read_table(part, columns=["stamp_ns"]).column(0).to_numpy() for part in sorted(folder.glob("part-*"))]
+    return np.concatenate([np.zeros(0, np.int64), *parts])
 
 
 def read_whole_clouds(folder: Path, *, verify: bool = False) -> Iterator[WholeCloud]:

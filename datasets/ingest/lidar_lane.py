@@ -17,10 +17,6 @@ from navtool.datasets.schema import CLOUD_RELIABILITY_KEYS, CLOUD_SIZE, COUNT_KE
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.cloud_reliability import cloud_reliability
 from navtool.pipeline.downsample import fixed_size_cloud
-from navtool.pipeline.geometry.deskew import deskewed
-
-_KNOTS = 17
-"""Moments of a sweep for which the robot's pose is taken from odometry."""
 
 type Points = Float32[Array, "10000 3"]
 
@@ -102,9 +98,8 @@ class LidarLane(Lane):
     ) -> Float32[Array, "3 n"]:
         motion = self._segment.motion
         if time_s is not None and motion is not None and time_s.size:
-            knots = np.linspace(float(time_s.min()), float(time_s.max()) + 1e-6, _KNOTS)
-            poses = motion.relative_to(stamp_ns, stamp_ns + np.rint(knots * 1e9).astype(np.int64))
-            if poses is not None:
-                return deskewed(columns, time_s, knots, poses)
+            moved = motion.deskewed(columns, time_s, stamp_ns)
+            if moved is not None:
+                return moved
         self.not_deskewed += 1
         return columns
