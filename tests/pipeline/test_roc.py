@@ -38,7 +38,7 @@ def test_no_threshold_tells_them_apart_better_than_the_best(positives: list[floa
 def test_kinds_that_lie_apart_have_a_threshold_between_them() -> None:
     curve = roc(np.array([0.7, 0.8, 0.9]), np.array([0.1, 0.3]))
     assert curve.area == 1.0
-    assert curve.best() == (pytest.approx(0.5), 1.0, 0.0)
+    assert list(curve.best()) == pytest.approx([0.5, 1.0, 0.0])
 
 
 @pytest.mark.parametrize(
