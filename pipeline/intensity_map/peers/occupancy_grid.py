@@ -76,7 +76,7 @@ def observe(
     cell = np.clip(np.floor(ends).astype(np.int64), 0, side - 1)
     hit = np.unique(cell[:, 0] * side + cell[:, 1])
     middle = np.stack([hit // side, hit % side], axis=1) + 0.5
-    passed = np.setdiff1d(_passed(np.array((x, y)) / grid.cell_m - corner, middle, side), hit)
+    passed = np.setdiff1d(passed_cells(np.array((x, y)) / grid.cell_m - corner, middle, side), hit)
     log_odds.reshape(-1)[hit] += np.float32(config.hit)
     log_odds.reshape(-1)[passed] += np.float32(config.miss)
     np.clip(log_odds, config.lowest, config.highest, out=log_odds)
@@ -109,7 +109,7 @@ def _moved(before: OccupancyGrid, corner: tuple[int, int]) -> Float32[Array, "w 
     return moved
 
 
-def _passed(start: Float64[Array, "2"], ends: Float64[Array, "k 2"], side: int) -> Int64[Array, " m"]:
+def passed_cells(start: Float64[Array, "2"], ends: Float64[Array, "k 2"], side: int) -> Int64[Array, " m"]:
     """The cells that straight lines to the ends pass through, found at steps of a third of a cell."""
     way = ends - start
     steps = np.ceil(3 * np.hypot(way[:, 0], way[:, 1])).astype(np.int64)
