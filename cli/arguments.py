@@ -37,3 +37,21 @@ def require_folder_for(*files: Path | None) -> None:
             raise UsageError("is a folder", where=file, cure="name a file in it")
         if file is not None and not file.parent.is_dir():
             raise UsageError("there is no such folder", where=file.parent, cure="make it, or name another")
+
+
+def local_path(text: str) -> Path:
+    """Where an input lies; one that lies elsewhere is fetched, as for ingest.
+
+    Raises:
+        UsageError: There is no such file or folder.
+        DatasetsError: A URL cannot be reached or holds no recording.
+    """
+    from navtool.cli.progress import fetching
+    from navtool.datasets.recording.remote import default_cache, is_url, local_paths
+
+    if not is_url(text):
+        require_there(Path(text))
+        return Path(text)
+    with fetching() as fetched:
+        (path,) = local_paths([text], default_cache(), fetched)
+    return path

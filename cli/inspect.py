@@ -30,7 +30,7 @@ def inspect(
     Topics, types, rates, gaps, the distance between header and record clocks, and which topic ingest would take for
     which stream.
     """
-    from navtool.cli.arguments import require_folder_for
+    from navtool.cli.arguments import local_path, require_folder_for
     from navtool.cli.compose import UsageError
     from navtool.cli.console import console, print_json
     from navtool.cli.robots import find_robot
@@ -41,7 +41,7 @@ def inspect(
     if write_robot is not None and write_robot.exists():
         raise UsageError("is there already", where=write_robot, cure="name another file, or remove it")
     base = find_robot(robot, ())
-    recording = _local(bag)
+    recording = local_path(bag)
     inspection = inspect_recording(recording, base.topics)
     if write_robot is not None:
         save_robot_file(robot_from(base, inspection), write_robot)
@@ -61,20 +61,6 @@ def inspect(
         console().print(f"report: {report}", markup=False)
     if write_robot is not None:
         console().print(f"robot file: {write_robot}", markup=False)
-
-
-def _local(bag: str) -> Path:
-    """Where the recording lies; one that lies elsewhere is fetched, as for ingest."""
-    from navtool.cli.arguments import require_there
-    from navtool.cli.progress import fetching
-    from navtool.datasets.recording.remote import default_cache, is_url, local_paths
-
-    if not is_url(bag):
-        require_there(Path(bag))
-        return Path(bag)
-    with fetching() as fetched:
-        (path,) = local_paths([bag], default_cache(), fetched)
-    return path
 
 
 def print_inspection(inspection: "Inspection") -> None:

@@ -12,6 +12,7 @@ from navtool.cli.evaluate import evaluate
 from navtool.cli.export import export
 from navtool.cli.ingest import ingest
 from navtool.cli.inspect import inspect
+from navtool.cli.intensity_map import intensity_map
 from navtool.cli.label import label
 from navtool.cli.simulate import simulate
 from navtool.cli.train import train
@@ -55,7 +56,7 @@ def options(
     logging.basicConfig(level=level, format="%(levelname)s %(name)s: %(message)s")
 
 
-for command in (inspect, ingest, label, check, train, evaluate, export, verify, simulate, demo):
+for command in (inspect, ingest, label, check, train, evaluate, export, verify, intensity_map, simulate, demo):
     app.command()(command)
 
 

@@ -11,26 +11,35 @@ if TYPE_CHECKING:
 
 
 def ingest_job(robot: str | None, overrides: Sequence[str]) -> "IngestJob":
-    """The job that ``--robot`` and the overrides give; overrides win over the preset or the file.
+    """The job of ingest that ``--robot`` and the overrides give."""
+    from navtool.configs.ingest_job import IngestJob
+
+    return job_with_robot("ingest", robot, overrides, IngestJob)
+
+
+def job_with_robot[T](config: str, robot: str | None, overrides: Sequence[str], result: type[T]) -> T:
+    """The configuration that ``--robot`` and the overrides give; overrides win over the preset or the file.
 
     Args:
+        config: Its name; it has a group of robots.
         robot: Name of a preset, or the path of a robot file (it has a suffix or a slash); None for the generic one.
+        overrides: As on the command line.
+        result: The dataclass behind it.
     """
     import yaml
 
     from navtool.cli.compose import UsageError, compose, quoted, wrong_call
-    from navtool.configs.ingest_job import IngestJob
     from navtool.datasets.lineage import plain
     from navtool.datasets.robot import load_robot_file
 
     for name in [robot, *(x.removeprefix("robot=") for x in overrides if x.startswith("robot="))]:
         _check_preset(name)
     if robot is None:
-        return compose("ingest", overrides, IngestJob)
+        return compose(config, overrides, result)
     if any(override.startswith("robot=") for override in overrides):
         raise UsageError("--robot and robot= both name a robot", cure="use one of them")
     if "/" not in robot and "." not in robot:
-        return compose("ingest", [f"robot={robot}", *overrides], IngestJob)
+        return compose(config, [f"robot={robot}", *overrides], result)
     with wrong_call():
         content = yaml.safe_dump(plain(load_robot_file(Path(robot))))
     with TemporaryDirectory() as folder:
@@ -39,7 +48,7 @@ def ingest_job(robot: str | None, overrides: Sequence[str]) -> "IngestJob":
         option.parent.mkdir()
         option.write_text(f"defaults:\n  - robot_schema\n{content}", encoding="utf-8")
         found = [f"hydra.searchpath=[{quoted(f'file://{folder}')}]", "robot=from_file"]
-        return compose("ingest", [*found, *overrides], IngestJob)
+        return compose(config, [*found, *overrides], result)
 
 
 def _check_preset(name: str | None) -> None:

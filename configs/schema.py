@@ -24,6 +24,10 @@ SCHEMAS: dict[str, tuple[Schema, ...]] = {
         Schema("ingest_schema", "navtool.configs.ingest_job:IngestJob"),
         Schema("robot_schema", "navtool.datasets.robot:RobotConfig", "robot"),
     ),
+    "intensity_map": (
+        Schema("intensity_map_schema", "navtool.configs.intensity_map_job:IntensityMapJob"),
+        Schema("robot_schema", "navtool.datasets.robot:RobotConfig", "robot"),
+    ),
     "label": (Schema("label_schema", "navtool.datasets.labels.config:LabelConfig"),),
     "simulate": (
         Schema("simulate_schema", "navtool.sim.record.config:SimulationConfig"),

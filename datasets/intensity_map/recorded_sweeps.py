@@ -32,21 +32,14 @@ class RecordedSweeps(SweepSource):
         recording: Open as long as the sweeps are read.
         robot: Its topics, frames and mounting, as for ingest.
         config: What becomes of a cloud.
-        reached: Called with the record time of each message read in that first pass.
 
     Raises:
         DatasetsError: The recording cannot be read, or has no clouds.
     """
 
-    def __init__(
-        self,
-        recording: Recording,
-        robot: RobotConfig,
-        config: SweepConfig,
-        reached: Callable[[int], None] | None = None,
-    ) -> None:
+    def __init__(self, recording: Recording, robot: RobotConfig, config: SweepConfig) -> None:
         topics = _needed_topics(recording, robot)
-        scan = scan_recording(recording, topics, (), None, reached)
+        scan = scan_recording(recording, topics, ())
         if "lidar" not in scan.streams:
             raise _no_clouds(recording, topics)
         times = Clocks.of(scan, IngestConfig()).times("lidar")

@@ -30,6 +30,7 @@ TREE = {
     "evaluate": ["source", "--data", "--split", "--out", "--json"],
     "export": ["run", "--out", "--overwrite"],
     "verify": ["artefact", "--latency-runs", "--json"],
+    "intensity-map": ["arguments", "--out", "--episode", "--robot", "--cfg", "--json"],
     "simulate": ["overrides", "--out", "--episodes", "--seed", "--workers", "--preview", "--cfg", "--json"],
     "demo": ["--out", "--seed", "--episodes", "--seconds", "--epochs"],
 }
@@ -62,7 +63,10 @@ def test_completion_is_shown_to_the_shell_that_asks() -> None:
     assert "_NAVTOOL_COMPLETE" in shown.stdout
 
 
-@pytest.mark.parametrize(("command", "key"), [("ingest", "sync.image.tolerance_s"), ("label", "max_deviation_m")])
+@pytest.mark.parametrize(
+    ("command", "key"),
+    [("ingest", "sync.image.tolerance_s"), ("label", "max_deviation_m"), ("intensity-map", "map.grid.cell_m")],
+)
 def test_the_configuration_is_printed_with_its_overrides(navtool: Callable[..., Any], command: str, key: str) -> None:
     shown = navtool(command, f"{key}=0.5", "--cfg", "job")
     assert shown.code == 0
@@ -81,13 +85,14 @@ def test_help_loads_nothing_heavy() -> None:
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("command", ["inspect", "ingest", "label", "check"])
+@pytest.mark.parametrize("command", ["inspect", "ingest", "label", "check", "intensity-map"])
 def test_reading_and_ingesting_load_no_torch(command: str) -> None:
     modules = {
         "inspect": "navtool.datasets.inspect",
         "ingest": "navtool.datasets.ingest.ingest, navtool.cli.robots; navtool.cli.robots.ingest_job(None, ())",
         "label": "navtool.datasets.labels.apply",
         "check": "navtool.datasets.check",
+        "intensity-map": "navtool.datasets.intensity_map.run, navtool.datasets.intensity_map.inputs",
     }
     heavy = ("torch", "lerobot", "datasets")
     code = f"import {modules[command]}; import sys; print([name for name in {heavy} if name in sys.modules])"

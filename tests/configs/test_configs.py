@@ -7,9 +7,11 @@ import pytest
 
 from navtool.cli.compose import UsageError, compose, quoted
 from navtool.configs.ingest_job import IngestJob
+from navtool.configs.intensity_map_job import IntensityMapJob
 from navtool.configs.schema import SCHEMAS, config_folder
 from navtool.configs.train_job import TrainJob
 from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.intensity_map.config import MapRunConfig
 from navtool.datasets.labels.config import LabelConfig
 from navtool.datasets.lineage import config_hash
 from navtool.datasets.robot import RobotConfig
@@ -29,6 +31,7 @@ def test_every_configuration_has_a_schema_and_a_file() -> None:
 def test_defaults_stand_in_the_dataclasses_alone() -> None:
     assert compose("ingest", [], IngestJob).config() == IngestConfig()
     assert compose("label", [], LabelConfig) == LabelConfig()
+    assert compose("intensity_map", [], IntensityMapJob).config() == MapRunConfig()
     assert compose("train", ["dataset=x"], TrainJob).config() == TrainConfig()
 
 
@@ -37,6 +40,16 @@ def test_every_robot_composes(name: str) -> None:
     robot = compose("ingest", [f"robot={name}"], IngestJob).robot
     assert isinstance(robot, RobotConfig)
     assert robot.name != RobotConfig().name
+
+
+@pytest.mark.parametrize("name", _options("sensor"))
+def test_every_sensor_composes_and_overrides_win(name: str) -> None:
+    config = compose("intensity_map", [f"sensor={name}"], IntensityMapJob)
+    assert config.sensor == name
+    assert config.map.layers.full_scale <= config.largest_intensity
+    own = compose("intensity_map", [f"sensor={name}", "map.layers.full_scale=0.5"], IntensityMapJob)
+    assert own.map.layers.full_scale == 0.5
+    assert own.largest_intensity == config.largest_intensity
 
 
 @pytest.mark.parametrize("name", _options("scenario"))

@@ -1,0 +1,79 @@
+"""``navtool intensity-map``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from navtool.datasets.intensity_map.report import MapReport
+
+
+def intensity_map(
+    arguments: list[str] | None = typer.Argument(
+        None, metavar="INPUT [KEY=VALUE]...", help="A recording, a URL of one, or a data set; then overrides."
+    ),
+    out: Path | None = typer.Option(None, "--out", help="Folder of the maps; made."),
+    episode: int | None = typer.Option(None, "--episode", min=0, help="Of a data set, counted from 0."),
+    robot: str | None = typer.Option(None, "--robot", help="Robot preset, or a file as `inspect --write-robot` saves."),
+    cfg: str | None = typer.Option(None, "--cfg", help="Print the configuration (job), and do nothing else."),
+    as_json: bool = typer.Option(False, "--json", help="Print JSON."),
+) -> None:
+    """Map what is solid, pliable and transparent around the robot from LiDAR intensities (MIM).
+
+    Writes arrays, pictures, an MCAP with occupancy grids and grid maps, a video and a page. Choose the preset of the
+    sensor: sensor=vlp16, hdl64, robosense, hesai, livox, ouster or simulated.
+    """
+    from navtool.cli.arguments import local_path, split_overrides
+    from navtool.cli.compose import UsageError, print_config, refuse_unknown, wrong_call
+    from navtool.cli.console import print_json
+    from navtool.cli.progress import WorkProgress
+    from navtool.cli.robots import job_with_robot
+    from navtool.configs.intensity_map_job import IntensityMapJob
+    from navtool.datasets.ingest.config import Merge
+    from navtool.datasets.intensity_map.inputs import MapInput
+    from navtool.datasets.intensity_map.output_folder import refuse_other_output
+    from navtool.datasets.intensity_map.run import intensity_maps
+
+    inputs, overrides = split_overrides(arguments or [])
+    for override in overrides:
+        if override.startswith("sensor="):
+            refuse_unknown("sensor", override.removeprefix("sensor="), "sensor preset")
+    job = job_with_robot("intensity_map", robot, overrides, IntensityMapJob)
+    if cfg is not None:
+        print_config(job, cfg)
+        return
+    if len(inputs) != 1:
+        named = "no recording or data set was named" if not inputs else f"{len(inputs)} inputs were named"
+        raise UsageError(named, where="intensity-map", cure="name one recording, or one data set")
+    if out is None:
+        raise UsageError("no folder was named", where="intensity-map", cure="pass --out FOLDER")
+    with wrong_call():
+        refuse_other_output(out)
+    path = local_path(inputs[0])
+    with WorkProgress("runs") as progress:
+        chosen = MapInput(path, episode, job.robot, job.merge is Merge.folder)
+        report = intensity_maps(chosen, out, job.config(), progress)
+    if as_json:
+        print_json(report.to_json())
+    else:
+        print_maps(report)
+
+
+def print_maps(report: "MapReport") -> None:
+    """The report for a person: what the maps show, what was left out, and where they lie."""
+    from navtool.cli.console import console, print_notes, print_table
+
+    rows = ((name, report.maps_with[name], cells / max(report.maps, 1)) for name, cells in report.cells.items())
+    print_table("Cells", ("class", "maps with it", "cells a map"), rows)
+    left_out = [(f"clouds: {reason}", count) for reason, count in report.skipped.items()]
+    left_out += [(f"points: {reason}", count) for reason, count in report.points_dropped.items()]
+    if left_out:
+        print_table("Left out", ("what", "count"), left_out)
+    print_notes(report.notes)
+    if report.done_before:
+        print_notes([f"{report.out}: these maps are there already, of the same input and settings"])
+    made = f"{report.maps} maps of {report.clouds} clouds in {report.duration_s:.1f} s"
+    speed = "" if report.maps_per_s is None else f" in {report.seconds:.1f} s, {report.maps_per_s:.0f} a second"
+    files = ", ".join(f"{count} {name}" for name, count in report.files.items() if count)
+    console().print(f"{made}{speed}; written: {files}; look at {report.out}/index.html", markup=False)

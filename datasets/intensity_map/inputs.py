@@ -1,0 +1,92 @@
+"""What intensity maps are made of: a recording, or an episode of a data set."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from navtool.datasets.errors import DatasetsError
+from navtool.datasets.intensity_map.config import MapRunConfig
+from navtool.datasets.intensity_map.episode_sweeps import EpisodeSweeps
+from navtool.datasets.intensity_map.recorded_sweeps import RecordedSweeps
+from navtool.datasets.intensity_map.sweeps import SweepSource
+from navtool.datasets.layout import Layout
+from navtool.datasets.lineage import code_version, config_hash, recording_sha256
+from navtool.datasets.reader import NavDataset
+from navtool.datasets.recording import open_recording
+from navtool.datasets.robot import RobotConfig
+
+
+@dataclass(frozen=True, slots=True)
+class MapInput:
+    """An input that was named, and how it is read."""
+
+    path: Path
+    """A recording, or the folder of a data set."""
+    episode: int | None = None
+    """Of a data set; None for a recording, or the only one."""
+    robot: RobotConfig | None = None
+    """Whose recording it is; None for the generic one. A data set knows its own."""
+    merged: bool = False
+    """Whether all bags in the folder are one recording."""
+
+    @property
+    def is_dataset(self) -> bool:
+        """Whether the path is a data set's."""
+        layout = Layout(self.path)
+        return layout.description.is_file() or layout.info.is_file()
+
+    def identity(self, config: MapRunConfig) -> dict[str, object]:
+        """What has to be equal for the same maps: hashes of the input, of the settings and of the code.
+
+        Raises:
+            DatasetsError: The input cannot be read, or there is no such episode.
+        """
+        robot = self.robot or RobotConfig()
+        if self.is_dataset:
+            dataset = NavDataset(self.path)
+            made = dataset.provenance()[self._episode_of(dataset)]
+            settings = config_hash({"map": config, "dataset": dataset.description.config_hash})
+            return {"input": made["sha256"], "settings": settings, "code_version": code_version()}
+        sha256, _ = recording_sha256(self.path)
+        settings = config_hash({"map": config, "robot": robot, "merged": self.merged})
+        return {"input": sha256, "settings": settings, "code_version": code_version()}
+
+    def about(self) -> dict[str, object]:
+        """What else a lineage tells of the input."""
+        path = self.path.absolute().as_posix()
+        if not self.is_dataset:
+            return {"recording": path}
+        dataset = NavDataset(self.path)
+        episode = self._episode_of(dataset)
+        recording = dataset.lineage()["recordings"][episode]
+        config = dataset.description.config_hash
+        return {"dataset": path, "episode": episode, "recording": recording, "dataset_config_sha256": config}
+
+    @contextmanager
+    def open(self, config: MapRunConfig) -> Iterator[SweepSource]:
+        """Its sweeps, while it is open.
+
+        Raises:
+            DatasetsError: It cannot be read, has no clouds, or there is no such episode.
+        """
+        if self.is_dataset:
+            dataset = NavDataset(self.path)
+            yield EpisodeSweeps(dataset, self._episode_of(dataset), config.sweeps)
+            return
+        if self.episode is not None:
+            cure = "leave --episode out, or name a data set"
+            raise DatasetsError("is a recording: it has no episodes", where=self.path, cure=cure)
+        with open_recording(self.path, merged=self.merged) as recording:
+            yield RecordedSweeps(recording, self.robot or RobotConfig(), config.sweeps)
+
+    def _episode_of(self, dataset: NavDataset) -> int:
+        count = len(dataset.episodes)
+        episode = 0 if self.episode is None and count == 1 else self.episode
+        if episode is None:
+            what = f"the data set has {count} episodes"
+            raise DatasetsError(what, where=self.path, cure=f"choose one of 0 to {count - 1} with --episode")
+        if not 0 <= episode < count:
+            what = f"there is no episode {episode}: the data set has {count}, counted from 0"
+            raise DatasetsError(what, where=self.path, cure="choose one with --episode")
+        return episode

@@ -1,0 +1,49 @@
+"""The map along the run, as a video."""
+
+from fractions import Fraction
+from pathlib import Path
+from types import TracebackType
+
+import av
+import cv2
+import numpy as np
+from jaxtyping import UInt8
+
+from navtool.pipeline.arrays import Array
+
+
+class MapVideo:
+    """Encodes pictures as H.264 at a fixed rate; browsers and players open it.
+
+    The same pictures give the same bytes on the same build of the codec. Use it as a context manager; leaving it
+    without an error finishes the file.
+    """
+
+    def __init__(self, path: Path, rate_hz: Fraction) -> None:
+        self._container = av.open(str(path), "w", format="mp4", options={"movflags": "faststart"})
+        self._rate_hz = rate_hz
+        self._stream: av.VideoStream | None = None
+        self._frames = 0
+
+    def add(self, sheet: UInt8[Array, "h w 3"]) -> None:
+        """Encode the next picture, blue first; all have the size of the first one, which is even."""
+        if self._stream is None:
+            self._stream = self._container.add_stream("libx264", rate=self._rate_hz)
+            self._stream.height, self._stream.width = sheet.shape[:2]
+            self._stream.pix_fmt = "yuv420p"
+            self._stream.options = {"crf": "26", "preset": "ultrafast", "threads": "1"}
+        planes = cv2.cvtColor(sheet, cv2.COLOR_BGR2YUV_I420)
+        frame = av.VideoFrame.from_ndarray(np.asarray(planes, np.uint8), format="yuv420p")
+        frame.pts, frame.time_base = self._frames, 1 / self._rate_hz
+        self._frames += 1
+        self._container.mux(self._stream.encode(frame))
+
+    def __enter__(self) -> "MapVideo":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None and self._stream is not None:
+            self._container.mux(self._stream.encode(None))
+        self._container.close()

@@ -1,0 +1,100 @@
+"""The folder of a run's maps: there whole, or not at all."""
+
+import fcntl
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from navtool.datasets.errors import DatasetsError, OutputError
+from navtool.datasets.files import read_json
+
+LINEAGE = "lineage.json"
+"""Name of the file that says what the maps were made from, and what the run told."""
+_KIND = "navtool intensity maps"
+_CURE = "name another folder with --out, or remove this one"
+
+
+def refuse_other_output(out: Path) -> None:
+    """Do nothing where maps are or may be made.
+
+    Raises:
+        DatasetsError: It is a file, or a folder that holds something else.
+    """
+    if out.exists() and not out.is_dir():
+        raise DatasetsError("is a file", where=out, cure="name a folder with --out")
+    if out.is_dir() and any(out.iterdir()) and not _is_ours(out):
+        raise DatasetsError("the folder holds something else", where=out, cure="name an empty or a new folder")
+
+
+def finished(out: Path, identity: Mapping[str, object]) -> dict[str, object] | None:
+    """What the run told whose maps lie here, made from the same; None where there are none.
+
+    Raises:
+        DatasetsError: Those that are here were made from something else; what differs is named.
+    """
+    if not (out / LINEAGE).is_file():
+        return None
+    found = read_json(out / LINEAGE, _CURE)
+    made = found.get("made_from")
+    before = made if isinstance(made, dict) else {}
+    if differ := [key for key, value in identity.items() if before.get(key) != value]:
+        what = f"the maps here were made with another {', '.join(key.replace('_', ' ') for key in differ)}"
+        raise DatasetsError(what, where=out, cure=_CURE)
+    report = found.get("report")
+    return report if isinstance(report, dict) else {}
+
+
+@contextmanager
+def staged_output(out: Path) -> Iterator[Path]:
+    """A folder beside the output that takes its place, as a whole, when it is left without an error.
+
+    What an interrupted run left is removed first, and what this one leaves if it fails.
+
+    Raises:
+        DatasetsError: Another process writes the same output.
+        OutputError: It cannot be written.
+    """
+    staging = out.absolute().parent / f".{out.absolute().name}.unfinished"
+    lock_path = staging.with_suffix(".lock")
+    cure = "check the disk's space and the folder's rights"
+    try:
+        staging.parent.mkdir(parents=True, exist_ok=True)
+        lock = lock_path.open("w")
+    except OSError as error:
+        raise OutputError(f"cannot be written ({error.strerror})", where=out, cure=cure) from error
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            cure = "wait until it is done, or name another folder with --out"
+            raise DatasetsError("another process is writing it", where=out, cure=cure) from error
+        try:
+            shutil.rmtree(staging, ignore_errors=True)
+            staging.mkdir()
+            yield staging
+            if out.is_dir():
+                out.rmdir()
+            staging.rename(out)
+        except OSError as error:
+            raise OutputError(f"cannot be written ({error.strerror or error})", where=out, cure=cure) from error
+        finally:
+            shutil.rmtree(staging, ignore_errors=True)
+            lock_path.unlink(missing_ok=True)
+
+
+def lineage_content(identity: Mapping[str, object], about: Mapping[str, object]) -> dict[str, object]:
+    """What the lineage file says of where the maps are from.
+
+    Args:
+        identity: What has to be equal for the same maps.
+        about: What else is known of the input.
+    """
+    return {"kind": _KIND, "made_from": dict(identity), "input": dict(about)}
+
+
+def _is_ours(out: Path) -> bool:
+    try:
+        return read_json(out / LINEAGE, _CURE).get("kind") == _KIND
+    except DatasetsError:
+        return False
