@@ -14,6 +14,12 @@ def intensity_map(
         None, metavar="INPUT [KEY=VALUE]...", help="A recording, a URL of one, or a data set; then overrides."
     ),
     out: Path | None = typer.Option(None, "--out", help="Folder of the maps; made."),
+    settings: Path | None = typer.Option(
+        None, "--settings", help="Settings that `fit intensity_threshold` wrote; overrides win over them."
+    ),
+    truth: Path | None = typer.Option(
+        None, "--truth", help="What stands there (docs/annotations.md), to score the maps; simulated runs know it."
+    ),
     episode: int | None = typer.Option(None, "--episode", min=0, help="Of a data set, counted from 0."),
     robot: str | None = typer.Option(None, "--robot", help="Robot preset, or a file as `inspect --write-robot` saves."),
     cfg: str | None = typer.Option(None, "--cfg", help="Print the configuration (job), and do nothing else."),
@@ -24,22 +30,23 @@ def intensity_map(
     Writes arrays, pictures, an MCAP with occupancy grids and grid maps, a video and a page. Choose the preset of the
     sensor: sensor=vlp16, hdl64, robosense, hesai, livox, ouster or simulated.
     """
-    from navtool.cli.arguments import local_path, split_overrides
+    from navtool.cli.arguments import local_path, require_there, split_overrides
     from navtool.cli.compose import UsageError, print_config, refuse_unknown, wrong_call
     from navtool.cli.console import print_json
     from navtool.cli.progress import WorkProgress
     from navtool.cli.robots import job_with_robot
+    from navtool.cli.settings_file import settings_overrides
     from navtool.configs.intensity_map_job import IntensityMapJob
     from navtool.datasets.ingest.config import Merge
     from navtool.datasets.intensity_map.inputs import MapInput
     from navtool.datasets.intensity_map.output_folder import refuse_other_output
-    from navtool.datasets.intensity_map.run import intensity_maps
+    from navtool.datasets.intensity_map.run import KIND, intensity_maps
 
     inputs, overrides = split_overrides(arguments or [])
     for override in overrides:
         if override.startswith("sensor="):
             refuse_unknown("sensor", override.removeprefix("sensor="), "sensor preset")
-    job = job_with_robot("intensity_map", robot, overrides, IntensityMapJob)
+    job = job_with_robot("intensity_map", robot, [*settings_overrides(settings), *overrides], IntensityMapJob)
     if cfg is not None:
         print_config(job, cfg)
         return
@@ -48,12 +55,13 @@ def intensity_map(
         raise UsageError(named, where="intensity-map", cure="name one recording, or one data set")
     if out is None:
         raise UsageError("no folder was named", where="intensity-map", cure="pass --out FOLDER")
+    require_there(truth)
     with wrong_call():
-        refuse_other_output(out)
+        refuse_other_output(out, KIND)
     path = local_path(inputs[0])
     with WorkProgress("runs") as progress:
         chosen = MapInput(path, episode, job.robot, job.merge is Merge.folder)
-        report = intensity_maps(chosen, out, job.config(), progress)
+        report = intensity_maps(chosen, out, job.config(), progress, truth)
     if as_json:
         print_json(report.to_json())
     else:
@@ -66,8 +74,13 @@ def print_maps(report: "MapReport") -> None:
 
     rows = ((name, report.maps_with[name], cells / max(report.maps, 1)) for name, cells in report.cells.items())
     print_table("Cells", ("class", "maps with it", "cells a map"), rows)
+    if report.scores:
+        scored = ((name, score.precision, score.recall, score.f) for name, score in report.scores.items())
+        print_table("Agreement with what stands there", ("cells", "precision", "recall", "F"), scored)
     left_out = [(f"clouds: {reason}", count) for reason, count in report.skipped.items()]
     left_out += [(f"points: {reason}", count) for reason, count in report.points_dropped.items()]
+    if report.not_scored:
+        left_out.append(("maps not scored: the robot's place is not known", report.not_scored))
     if left_out:
         print_table("Left out", ("what", "count"), left_out)
     print_notes(report.notes)

@@ -10,6 +10,7 @@ from navtool.cli.console import print_error
 from navtool.cli.demo import demo
 from navtool.cli.evaluate import evaluate
 from navtool.cli.export import export
+from navtool.cli.fit import fit
 from navtool.cli.ingest import ingest
 from navtool.cli.inspect import inspect
 from navtool.cli.intensity_map import intensity_map
@@ -58,6 +59,7 @@ def options(
 
 for command in (inspect, ingest, label, check, train, evaluate, export, verify, intensity_map, simulate, demo):
     app.command()(command)
+app.add_typer(fit)
 
 
 def main() -> None:

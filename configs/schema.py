@@ -28,6 +28,10 @@ SCHEMAS: dict[str, tuple[Schema, ...]] = {
         Schema("intensity_map_schema", "navtool.configs.intensity_map_job:IntensityMapJob"),
         Schema("robot_schema", "navtool.datasets.robot:RobotConfig", "robot"),
     ),
+    "intensity_threshold": (
+        Schema("intensity_threshold_schema", "navtool.configs.intensity_threshold_job:IntensityThresholdJob"),
+        Schema("robot_schema", "navtool.datasets.robot:RobotConfig", "robot"),
+    ),
     "label": (Schema("label_schema", "navtool.datasets.labels.config:LabelConfig"),),
     "simulate": (
         Schema("simulate_schema", "navtool.sim.record.config:SimulationConfig"),

@@ -56,17 +56,13 @@ class OutputConfig:
 
 
 @dataclass(kw_only=True, slots=True)
-class MapRunConfig:
-    """The maps, what they are made of, and what is written of them."""
+class SensorMapConfig:
+    """The maps of a sensor's sweeps: what its presets say, and what it is mounted on."""
 
     map: IntensityMapConfig = field(default_factory=IntensityMapConfig)
     """The grid, the layers, the thresholds, glass and inflation."""
     sweeps: SweepConfig = field(default_factory=SweepConfig)
     """What becomes of a cloud before it is mapped."""
-    goal: GoalConfig = field(default_factory=GoalConfig)
-    """Where obstacles grow away from."""
-    outputs: OutputConfig = field(default_factory=OutputConfig)
-    """What is written."""
     sensor: str = "simulated"
     """Name of the sensor's preset, for messages; by name on the command line: sensor=vlp16."""
     largest_intensity: float = 255.0
@@ -79,3 +75,13 @@ class MapRunConfig:
         if not (math.isfinite(self.largest_intensity) and self.largest_intensity >= full_scale):
             what = f"largest_intensity = {self.largest_intensity:g} is less than map.layers.full_scale = {full_scale:g}"
             raise ValueError(f"{what}; choose the sensor's preset with sensor=, or set both")
+
+
+@dataclass(kw_only=True, slots=True)
+class MapRunConfig(SensorMapConfig):
+    """The maps, what they are made of, and what is written of them."""
+
+    goal: GoalConfig = field(default_factory=GoalConfig)
+    """Where obstacles grow away from."""
+    outputs: OutputConfig = field(default_factory=OutputConfig)
+    """What is written."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from navtool.datasets.errors import DatasetsError
-from navtool.datasets.intensity_map.config import MapRunConfig
+from navtool.datasets.intensity_map.config import SensorMapConfig
 from navtool.datasets.intensity_map.episode_sweeps import EpisodeSweeps
 from navtool.datasets.intensity_map.recorded_sweeps import RecordedSweeps
 from navtool.datasets.intensity_map.sweeps import SweepSource
@@ -36,7 +36,7 @@ class MapInput:
         layout = Layout(self.path)
         return layout.description.is_file() or layout.info.is_file()
 
-    def identity(self, config: MapRunConfig) -> dict[str, object]:
+    def identity(self, config: SensorMapConfig) -> dict[str, object]:
         """What has to be equal for the same maps: hashes of the input, of the settings and of the code.
 
         Raises:
@@ -64,7 +64,7 @@ class MapInput:
         return {"dataset": path, "episode": episode, "recording": recording, "dataset_config_sha256": config}
 
     @contextmanager
-    def open(self, config: MapRunConfig) -> Iterator[SweepSource]:
+    def open(self, config: SensorMapConfig) -> Iterator[SweepSource]:
         """Its sweeps, while it is open.
 
         Raises:

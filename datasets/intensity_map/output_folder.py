@@ -1,4 +1,4 @@
-"""The folder of a run's maps: there whole, or not at all."""
+"""The folder of a run's maps, or of what was fitted: there whole, or not at all."""
 
 import fcntl
 import shutil
@@ -10,28 +10,27 @@ from navtool.datasets.errors import DatasetsError, OutputError
 from navtool.datasets.files import read_json
 
 LINEAGE = "lineage.json"
-"""Name of the file that says what the maps were made from, and what the run told."""
-_KIND = "navtool intensity maps"
+"""Name of the file that says what the output was made from, and what the run told."""
 _CURE = "name another folder with --out, or remove this one"
 
 
-def refuse_other_output(out: Path) -> None:
-    """Do nothing where maps are or may be made.
+def refuse_other_output(out: Path, kind: str) -> None:
+    """Do nothing where outputs of a kind are or may be made.
 
     Raises:
         DatasetsError: It is a file, or a folder that holds something else.
     """
     if out.exists() and not out.is_dir():
         raise DatasetsError("is a file", where=out, cure="name a folder with --out")
-    if out.is_dir() and any(out.iterdir()) and not _is_ours(out):
+    if out.is_dir() and any(out.iterdir()) and not _is_ours(out, kind):
         raise DatasetsError("the folder holds something else", where=out, cure="name an empty or a new folder")
 
 
 def finished(out: Path, identity: Mapping[str, object]) -> dict[str, object] | None:
-    """What the run told whose maps lie here, made from the same; None where there are none.
+    """What the run told whose output lies here, made from the same; None where there is none.
 
     Raises:
-        DatasetsError: Those that are here were made from something else; what differs is named.
+        DatasetsError: What is here was made from something else; what differs is named.
     """
     if not (out / LINEAGE).is_file():
         return None
@@ -39,7 +38,7 @@ def finished(out: Path, identity: Mapping[str, object]) -> dict[str, object] | N
     made = found.get("made_from")
     before = made if isinstance(made, dict) else {}
     if differ := [key for key, value in identity.items() if before.get(key) != value]:
-        what = f"the maps here were made with another {', '.join(key.replace('_', ' ') for key in differ)}"
+        what = f"what is here was made with another {', '.join(key.replace('_', ' ') for key in differ)}"
         raise DatasetsError(what, where=out, cure=_CURE)
     report = found.get("report")
     return report if isinstance(report, dict) else {}
@@ -83,18 +82,19 @@ def staged_output(out: Path) -> Iterator[Path]:
             lock_path.unlink(missing_ok=True)
 
 
-def lineage_content(identity: Mapping[str, object], about: Mapping[str, object]) -> dict[str, object]:
-    """What the lineage file says of where the maps are from.
+def lineage_content(kind: str, identity: Mapping[str, object], about: object) -> dict[str, object]:
+    """What the lineage file says of where an output is from.
 
     Args:
-        identity: What has to be equal for the same maps.
-        about: What else is known of the input.
+        kind: Of output.
+        identity: What has to be equal for the same output.
+        about: What else is known of the input or inputs.
     """
-    return {"kind": _KIND, "made_from": dict(identity), "input": dict(about)}
+    return {"kind": kind, "made_from": dict(identity), "input": about}
 
 
-def _is_ours(out: Path) -> bool:
+def _is_ours(out: Path, kind: str) -> bool:
     try:
-        return read_json(out / LINEAGE, _CURE).get("kind") == _KIND
+        return read_json(out / LINEAGE, _CURE).get("kind") == kind
     except DatasetsError:
         return False

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from navtool.datasets.errors import DatasetsError
-from navtool.datasets.intensity_map.config import MapRunConfig
+from navtool.datasets.intensity_map.config import SensorMapConfig
 from navtool.datasets.intensity_map.sweeps import Sweep, SweepSource
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.intensity_check import judge_intensities
@@ -17,7 +17,7 @@ FIRST = 10
 _MUCH = 0.5
 
 
-def judged(intensity: Float32[Array, " p"], config: MapRunConfig) -> str | None:
+def judged(intensity: Float32[Array, " p"], config: SensorMapConfig) -> str | None:
     """What is wrong with intensities; None if they can be used.
 
     Up to ``largest_intensity`` they may exceed the full scale of the map, as retroreflectors do: they count as R.
@@ -30,7 +30,7 @@ def judged(intensity: Float32[Array, " p"], config: MapRunConfig) -> str | None:
     return judge_intensities(np.minimum(intensity, np.float32(full_scale)), full_scale)
 
 
-def judged_first(source: SweepSource, config: MapRunConfig) -> tuple[Iterator[Sweep], list[str]]:
+def judged_first(source: SweepSource, config: SensorMapConfig) -> tuple[Iterator[Sweep], list[str]]:
     """The sweeps of a source once the first of them are judged, and what a user should look at.
 
     Raises:
@@ -50,7 +50,7 @@ def judged_first(source: SweepSource, config: MapRunConfig) -> tuple[Iterator[Sw
     return chain(first, sweeps), _notes(intensity, len(first), config)
 
 
-def _notes(intensity: Float32[Array, " p"], clouds: int, config: MapRunConfig) -> list[str]:
+def _notes(intensity: Float32[Array, " p"], clouds: int, config: SensorMapConfig) -> list[str]:
     full_scale, threshold = config.map.layers.full_scale, config.map.obstacles.threshold
     what = f"intensities: of the first {clouds} clouds"
     beyond = float((intensity > full_scale).mean())

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from navtool.datasets.intensity_map.scoring import ClassScore
 from navtool.datasets.lineage import plain
 
 
@@ -34,6 +35,10 @@ class MapReport:
     """Cells of each class over all maps."""
     maps_with: dict[str, int] = field(default_factory=dict)
     """Maps that show any cell of the class."""
+    scores: dict[str, ClassScore] = field(default_factory=dict)
+    """How well the classes agree with what stands there; empty where nobody knows."""
+    not_scored: int = 0
+    """Maps at moments when the robot's place among the outlines is not known."""
     files: dict[str, int] = field(default_factory=dict)
     """Maps in each output."""
     notes: list[str] = field(default_factory=list)

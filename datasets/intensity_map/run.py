@@ -26,9 +26,12 @@ from navtool.datasets.intensity_map.output_folder import (
 )
 from navtool.datasets.intensity_map.outputs import Outputs
 from navtool.datasets.intensity_map.page import write_page
+from navtool.datasets.intensity_map.place_truth import PlaceTruth, find_truth
 from navtool.datasets.intensity_map.preflight import judged, judged_first
 from navtool.datasets.intensity_map.report import MapReport
+from navtool.datasets.intensity_map.scoring import Scoring
 from navtool.datasets.intensity_map.sweeps import Sweep, SweepSource
+from navtool.datasets.lineage import file_sha256
 from navtool.datasets.progress import Progress
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import IntensityMapConfig
@@ -36,8 +39,13 @@ from navtool.pipeline.intensity_map.glass_memory import GlassMemory
 from navtool.pipeline.intensity_map.mapper import IntensityMap, map_cloud
 from navtool.pipeline.intensity_map.obstacles import CellClass
 
+KIND = "navtool intensity maps"
+"""What a lineage calls the output."""
 
-def intensity_maps(chosen: MapInput, out: Path, config: MapRunConfig, progress: Progress) -> MapReport:
+
+def intensity_maps(
+    chosen: MapInput, out: Path, config: MapRunConfig, progress: Progress, truth: Path | None = None
+) -> MapReport:
     """Map an input, unless its maps lie in the folder already.
 
     Args:
@@ -45,20 +53,22 @@ def intensity_maps(chosen: MapInput, out: Path, config: MapRunConfig, progress: 
         out: A folder that is not there, is empty, or holds the maps of the same input and settings.
         config: Everything that decides the maps.
         progress: Is told how many clouds are done.
+        truth: Annotations in the frame of the odometry, to score the maps; simulated recordings bring their own.
 
     Raises:
         DatasetsError: The input cannot be read or mapped, with the reason, or the folder holds something else.
         OutputError: The folder cannot be written.
     """
-    refuse_other_output(out)
-    identity = chosen.identity(config)
+    refuse_other_output(out, KIND)
+    identity = {**chosen.identity(config), "truth": None if truth is None else file_sha256(truth)}
     before = finished(out, identity)
     if before is not None:
         names = {entry.name for entry in fields(MapReport)}
         told = {key: value for key, value in before.items() if key in names}
         return replace(from_plain(MapReport, told, where=out / LINEAGE), done_before=True)
+    known = find_truth(chosen, truth, config.sweeps.odometry_gap_s)
     with chosen.open(config) as source:
-        return map_run(source, out, config, lineage_content(identity, chosen.about()), progress)
+        return map_run(source, out, config, lineage_content(KIND, identity, chosen.about()), progress, known)
 
 
 def map_run(
@@ -67,6 +77,7 @@ def map_run(
     config: MapRunConfig,
     lineage: Mapping[str, object],
     progress: Progress,
+    known: PlaceTruth | None = None,
 ) -> MapReport:
     """Map every cloud of a run and write what the settings ask for; the folder is there whole, or not.
 
@@ -78,6 +89,7 @@ def map_run(
         config: Everything that decides the maps.
         lineage: What the maps are made from; written last, with the report.
         progress: Is told how many clouds are done.
+        known: What stands there, to score the maps; None where nobody knows.
 
     Raises:
         DatasetsError: Nothing can be mapped, with the reason; nothing is written then.
@@ -88,6 +100,8 @@ def map_run(
     sweeps, notes = judged_first(source, config)
     mapper = _Mapper(source, config)
     tally = _Tally(config)
+    base_lidar = source.calibration.base_lidar
+    scoring = None if known is None else Scoring(known, np.eye(4) if base_lidar is None else base_lidar)
     with staged_output(out) as staging:
         # the thread beside is left before the files that it writes to are closed
         with Outputs(staging, source, config) as outputs, Background() as beside:
@@ -95,6 +109,8 @@ def map_run(
                 if tally.takes(sweep):
                     mapped = mapper.map(sweep)
                     tally.add(mapped)
+                    if scoring is not None:
+                        scoring.add(mapped)
                     beside.call(outputs.add, mapped)
                 progress.advance(1, 0)
             beside.call(outputs.finish)
@@ -114,6 +130,8 @@ def map_run(
             odometry_jumps=mapper.memory.jumps,
             cells={cell.name: int(tally.cells[cell]) for cell in CellClass},
             maps_with={cell.name: int(tally.maps_with[cell]) for cell in CellClass},
+            scores={} if scoring is None else scoring.scores(),
+            not_scored=0 if scoring is None else scoring.unplaced,
             files=outputs.written,
             notes=[*source.notes, *notes, *mapper.notes(), *tally.notes],
         )

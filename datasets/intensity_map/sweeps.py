@@ -178,11 +178,14 @@ class SweepSource(ABC):
         if near.any():
             drops = drops._replace(own_body=int(np.count_nonzero(near)))
             columns, intensity = columns.compress(~near, axis=1), intensity[~near]
-        return Sweep(stamp_ns, columns.T, intensity, self._odom_sensor(stamp_ns, base_lidar), drops)
+        pose = None if self.motion is None else sensor_pose(self.motion, stamp_ns, base_lidar)
+        return Sweep(stamp_ns, columns.T, intensity, pose, drops)
 
-    def _odom_sensor(self, stamp_ns: int, base_lidar: Float64[Array, "4 4"]) -> Float64[Array, "3"] | None:
-        pose = None if self.motion is None else self.motion.pose(stamp_ns)
-        if pose is None:
-            return None
-        x, y, _ = pose[:3, :3] @ base_lidar[:3, 3] + pose[:3, 3]
-        return np.array([x, y, np.arctan2(pose[1, 0], pose[0, 0])])
+
+def sensor_pose(motion: Motion, moment_ns: int, base_lidar: Float64[Array, "4 4"]) -> Float64[Array, "3"] | None:
+    """X and y of the sensor and the yaw of the base at a moment of the robot's way; None where that is not known."""
+    pose = motion.pose(moment_ns)
+    if pose is None:
+        return None
+    x, y, _ = pose[:3, :3] @ base_lidar[:3, 3] + pose[:3, 3]
+    return np.array([x, y, np.arctan2(pose[1, 0], pose[0, 0])])

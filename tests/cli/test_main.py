@@ -30,9 +30,13 @@ TREE = {
     "evaluate": ["source", "--data", "--split", "--out", "--json"],
     "export": ["run", "--out", "--overwrite"],
     "verify": ["artefact", "--latency-runs", "--json"],
-    "intensity-map": ["arguments", "--out", "--episode", "--robot", "--cfg", "--json"],
+    "intensity-map": ["arguments", "--out", "--settings", "--truth", "--episode", "--robot", "--cfg", "--json"],
     "simulate": ["overrides", "--out", "--episodes", "--seed", "--workers", "--preview", "--cfg", "--json"],
     "demo": ["--out", "--seed", "--episodes", "--seconds", "--epochs"],
+    "fit": [],
+}
+FITS = {
+    "intensity_threshold": ["arguments", "--out", "--truth", "--episode", "--robot", "--cfg", "--json"],
 }
 
 
@@ -43,7 +47,9 @@ def _parameters(command: Any) -> list[str]:
 def test_the_command_tree_is_frozen() -> None:
     root: Any = get_command(app)
     assert {name: _parameters(command) for name, command in root.commands.items()} == TREE
-    assert all(command.help for command in root.commands.values())
+    fits = root.commands["fit"].commands
+    assert {name: _parameters(command) for name, command in fits.items()} == FITS
+    assert all(command.help for command in (*root.commands.values(), *fits.values()))
 
 
 def test_help_and_version(navtool: Callable[..., Any]) -> None:
