@@ -48,8 +48,8 @@ class GridConfig:
 class LayerConfig:
     """Which points belong to which layer, and what a cell makes of them. Heights are relative to the sensor."""
 
-    height_m: float = 0.5
-    """h: the upper layer is (0, h], the lower one [-h, 0), in metres, above 0."""
+    height_m: float = 0.6
+    """h: the upper layer is (0, h], the lower one [-h, 0), in metres, above 0: down to what is told from the ground."""
     flat: FlatLayers = FlatLayers.angular
     """How the layers z = 0 and z = -epsilon are cut."""
     flat_rad: float = math.radians(2.0)
@@ -59,7 +59,7 @@ class LayerConfig:
     """Half the thickness of the metric layer z = 0; z = -epsilon is the slab of the same thickness below it."""
     sensor_height_m: float = 0.75
     """Height of the sensor above the ground that the robot stands on, in metres, above 0."""
-    ground_margin_m: float = 0.25
+    ground_margin_m: float = 0.2
     """Points that rise less above the lowest ones around them are ground and in no layer; 0 keeps all, as printed."""
     full_scale: float = 255.0
     """R, the largest intensity of the sensor, above 0: intensities are divided by it."""
@@ -81,7 +81,7 @@ class LayerConfig:
 class ObstacleConfig:
     """When a cell is solid."""
 
-    threshold: float = 0.57
+    threshold: float = 0.62
     """Gamma of eq. 3: in units of R for mean and max, of R per square metre for sum. Above 0."""
     pooling_cells: int = 2
     """Intensities and points of cells up to so far away count as the cell's own, 0 to 10; 0 is eq. 3 as printed."""
