@@ -23,7 +23,6 @@ QUESTIONS: dict[str, tuple[CellClass, ...]] = {
 """What is asked of each cell: is it one of these? ``avoid`` is the figure that is set against the paper's F-score."""
 DIRECTIONS = 1800
 """In which beams are told apart: the columns of a VLP-16 that turns ten times a second."""
-_NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 
 class Score(NamedTuple):
@@ -40,8 +39,8 @@ class Counts:
     """Cells of one or several clouds, counted; counts of several add up.
 
     Surfaces lie anywhere in a cell and ranges are noisy, so that a return often falls into the cell beside the one that
-    an outline touches. With a tolerance of one cell, a claim is right where a cell or one of its eight neighbours truly
-    is what is claimed, and a true cell is found where it or one of its neighbours is claimed. Precision is over
+    an outline touches. With a tolerance of one cell, a claim is right where its cell or one of the eight neighbours
+    truly is what is claimed, and a true cell is found where it or one of its neighbours is claimed. Precision is over
     claims, recall over true cells.
     """
 
@@ -66,7 +65,7 @@ class Counts:
         )
 
     def score(self, question: str) -> Score:
-        """Precision, recall and F of one of `QUESTIONS`, with the tolerance of one cell."""
+        """Precision, recall and F of one of `QUESTIONS`, with the tolerance."""
         row = list(QUESTIONS).index(question)
         return _score(*(int(part[row]) for part in (self.right, self.wrong, self.found, self.missed)))
 
@@ -113,20 +112,24 @@ def passed_over(ends: Int64[Array, " k"], grid: GridConfig) -> Bool[Array, "n n"
     return seen.reshape(grid.cells, grid.cells)
 
 
-def compare(classes: UInt8[Array, "n n"], truth: UInt8[Array, "n n"], observed: Bool[Array, "n n"]) -> Counts:
+def compare(
+    classes: UInt8[Array, "n n"], truth: UInt8[Array, "n n"], observed: Bool[Array, "n n"], tolerance_cells: int = 1
+) -> Counts:
     """Count the cells of one cloud; claims and true cells that are not observed count for nothing.
 
     Args:
         classes: The map's `CellClass` for each cell.
         truth: What is there.
         observed: Of `observed_cells`, the same for every map that is compared.
+        tolerance_cells: How far a claim may be off, along either axis.
     """
-    number = len(CellClass)
+    number, reach = len(CellClass), 2 * tolerance_cells + 1
+    around = np.ones((reach, reach), np.uint8)
     pairs = truth[observed].astype(np.int64) * number + classes[observed]
     counted = np.zeros((4, len(QUESTIONS)), np.int64)
     for row, asked in enumerate(QUESTIONS.values()):
         claims, true = np.isin(classes, asked), np.isin(truth, asked)
-        near_true, near_claim = (cv2.dilate(part.view(np.uint8), _NEIGHBOURS).view(bool) for part in (true, claims))
+        near_true, near_claim = (cv2.dilate(part.view(np.uint8), around).view(bool) for part in (true, claims))
         claims, true = claims & observed, true & observed
         right, found = int((claims & near_true).sum()), int((true & near_claim).sum())
         counted[:, row] = right, int(claims.sum()) - right, found, int(true.sum()) - found

@@ -73,6 +73,14 @@ def test_the_tolerance_never_lowers_a_score_and_the_truth_scores_one(seed: int) 
         assert perfect.score(question) == perfect.exact_score(question) == (1, 1, 1)
 
 
+def test_a_wider_tolerance_forgives_more_and_none_is_exact() -> None:
+    maps = random_maps(5)
+    scores = [compare(*maps, tolerance_cells=reach).score("solid").f for reach in range(4)]
+    assert scores[0] == compare(*maps).exact_score("solid").f
+    assert scores == sorted(scores, key=lambda score: score or 0.0)
+    assert scores[0] != scores[-1]
+
+
 def test_counts_of_several_clouds_add_up() -> None:
     maps = [random_maps(seed) for seed in range(3)]
     total = sum((compare(*one) for one in maps), start=no_counts())
