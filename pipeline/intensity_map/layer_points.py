@@ -10,8 +10,8 @@ from jaxtyping import Bool, Float32, Int64
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import FlatLayers, GridConfig, LayerConfig
 
-GROUND_BELOW = 0.4
-"""Nothing higher than this share of the sensor's height below it is taken for ground."""
+GROUND_BELOW = 0.1
+"""Nothing higher than this share of the sensor's height below it is taken for ground: hills rise, and robots nod."""
 
 
 class Layer(IntEnum):
@@ -116,9 +116,12 @@ def _block(x: Float32[Array, " k"], y: Float32[Array, " k"], half_m: np.float32)
 def _ground(
     xyz: Float32[Array, "p 3"], height: Float32[Array, " p"], grid: GridConfig, config: LayerConfig
 ) -> Float32[Array, "b b"]:
-    """The ground in each block of 1 m: the lowest point within it or its neighbours.
+    """The ground in each block of 1 m: what is left of its lowest points when all that is narrower than 3 m is cut off.
 
-    Where no point lies low enough to be ground, it is that under the robot.
+    Of the lowest points around (an erosion) the highest around (a dilation) is the ground: slopes stay as they are,
+    while blocks without a point on the ground get that of their neighbours. Blocks without any low point do not raise
+    it: behind a wall there is nothing lower than the wall. Where no point lies low enough to be ground, it is that
+    under the robot.
     """
     half = np.float32(grid.half_m)
     low = (height < np.float32(-GROUND_BELOW * config.sensor_height_m)) & (height > -np.inf)
@@ -127,6 +130,9 @@ def _ground(
     blocks = ground_blocks(grid)
     lowest = np.full(blocks * blocks, np.inf, np.float32)
     np.minimum.at(lowest, _block(x, y, half), z)
+    lowest = lowest.reshape(blocks, blocks)
     # with blocks repeated beyond the edge, since OpenCV's own border is a finite number
-    around = cv2.erode(lowest.reshape(blocks, blocks), _NEIGHBOURS, borderType=cv2.BORDER_REPLICATE)
-    return np.where(around == np.inf, np.float32(-config.sensor_height_m), around)
+    around = cv2.erode(lowest, _NEIGHBOURS, borderType=cv2.BORDER_REPLICATE)
+    known = np.where(lowest == np.inf, np.float32(-np.inf), around)
+    opened = cv2.dilate(known, _NEIGHBOURS, borderType=cv2.BORDER_REPLICATE)
+    return np.where(around == np.inf, np.float32(-config.sensor_height_m), np.maximum(opened, around))

@@ -1,5 +1,6 @@
 """Layers against a loop over points; edges, ground, degenerate clouds."""
 
+import itertools
 import math
 
 import numpy as np
@@ -38,21 +39,35 @@ def naive_layer(x: float, y: float, z: float, config: LayerConfig) -> Layer | No
     return Layer.upper if z > 0 else Layer.lower
 
 
-def naive_ground(xyz: list[list[float]], grid: GridConfig, config: LayerConfig) -> dict[tuple[int, int], float]:
-    """The lowest point of each block of 1 m."""
-    lowest: dict[tuple[int, int], float] = {}
+type Blocks = dict[tuple[int, int], float]
+
+
+def naive_ground(xyz: list[list[float]], grid: GridConfig, config: LayerConfig) -> Blocks:
+    """The highest of the lowest around of the lowest points of each block of 1 m: its ground, where it is known."""
+    lowest: Blocks = {}
     for x, y, z in xyz:
         low = math.isfinite(z) and z < -GROUND_BELOW * config.sensor_height_m
         if low and abs(x) < grid.half_m and abs(y) < grid.half_m:
             block = (math.floor(x + grid.half_m), math.floor(y + grid.half_m))
             lowest[block] = min(lowest.get(block, math.inf), z)
-    return lowest
+    around = {block: min(neighbours(lowest, block)) for block in lowest}
+    blocks = range(math.ceil(2 * grid.half_m))
+    opened: Blocks = {}
+    for block in itertools.product(blocks, blocks):
+        if neighbours(lowest, block):
+            opened[block] = max(neighbours(around, block))
+    return opened
+
+
+def neighbours(of: Blocks, block: tuple[int, int]) -> list[float]:
+    near = ((block[0] + i, block[1] + j) for i in (-1, 0, 1) for j in (-1, 0, 1))
+    return [of[place] for place in near if place in of]
 
 
 def naive_values(xyz: Cloud, intensity: Cloud, grid: GridConfig, config: LayerConfig) -> NDArray[np.float64]:
     found: dict[tuple[int, int, int], list[float]] = {}
     points = xyz.astype(float).tolist()
-    lowest = naive_ground(points, grid, config)
+    known = naive_ground(points, grid, config)
     for (x, y, z), value in zip(points, intensity.astype(float).tolist(), strict=True):
         if not all(math.isfinite(number) for number in (x, y, z, value)):
             continue
@@ -62,8 +77,7 @@ def naive_values(xyz: Cloud, intensity: Cloud, grid: GridConfig, config: LayerCo
             continue
         if config.ground_margin_m:
             block = (math.floor(x + grid.half_m), math.floor(y + grid.half_m))
-            around = [lowest.get((block[0] + i, block[1] + j), math.inf) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-            ground = min(around) if math.isfinite(min(around)) else -config.sensor_height_m
+            ground = known.get(block, -config.sensor_height_m)
             if not z > ground + config.ground_margin_m:
                 continue
         found.setdefault((layer, row, column), []).append(min(max(value / config.full_scale, 0.0), 1.0))
@@ -159,6 +173,14 @@ def test_slopes_are_ground_and_what_stands_on_them_is_not() -> None:
     xyz = np.concatenate([ground, box]).astype(np.float32)
     points = layers_of(xyz, np.ones(len(xyz), np.float32), GRID, LayerConfig()).points
     assert points.sum() == 300
+
+
+def test_steep_hills_are_ground_too_and_may_rise_to_the_sensor() -> None:
+    rng = np.random.default_rng(2)
+    place = rng.uniform(-6, 6, (40000, 2))
+    xyz = np.column_stack([place, -0.75 + 0.15 * np.maximum(place[:, 0], -2.0)]).astype(np.float32)
+    points = layers_of(xyz, np.ones(len(xyz), np.float32), GRID, LayerConfig()).points
+    assert points[:, 8:22].sum() == 0
 
 
 def test_values_without_their_largest_are_refused() -> None:
