@@ -14,6 +14,7 @@ from navtool.datasets.intensity_map.report import MapReport
 from navtool.datasets.lineage import plain
 from navtool.datasets.report.html import html_figure, html_page, html_table
 
+_GRID = "display:grid;grid-template-columns:repeat(auto-fill,minmax(420px,1fr));gap:1rem"
 _MEANING = {
     "free": "no return: free space, or not seen",
     "pliable": "weak returns: yields to the robot",
@@ -29,7 +30,7 @@ def write_page(path: Path, report: MapReport, config: MapRunConfig, moments: Seq
 
 def map_page(report: MapReport, config: MapRunConfig, moments: Sequence[Moment]) -> str:
     """The page as HTML; texts out of the recording are escaped."""
-    height = f"sensor {report.sensor_height_m:.2f} m above the ground ({report.height_from})"
+    height = f"sensor {report.sensor_height_m:.3g} m above the ground ({report.height_from})"
     facts = f"{report.maps} maps of {report.clouds} clouds in {report.duration_s:.1f} s; {height}; {report.sensor}"
     parts = [f"<p>{escape(facts)}; <code>{escape(report.topic)}</code></p>"]
     parts += [f'<p class="bad">{escape(note)}</p>' for note in report.notes]
@@ -50,7 +51,7 @@ def map_page(report: MapReport, config: MapRunConfig, moments: Sequence[Moment])
 
 def _figures(moments: Sequence[Moment]) -> str:
     figures = (html_figure(moment.png, "png", f"{moment.seconds:.1f} s") for moment in moments)
-    return f'<div class="row">{"".join(figures)}</div>'
+    return f'<div style="{_GRID}">{"".join(figures)}</div>'
 
 
 def _legend(report: MapReport) -> str:

@@ -46,6 +46,8 @@ def intensity_drive(
     footprint: bool = True,
     odometry: bool = True,
     bad: Sequence[tuple[float, float, float, float]] = (),
+    seen: tuple[NDArray[Any], NDArray[Any]] | None = None,
+    jump_s: float | None = None,
 ) -> list[Entry]:
     """A wall at x = 4 m of the odometry frame, strong to the left and weak to the right, seen while driving on an arc.
 
@@ -59,6 +61,8 @@ def intensity_drive(
         footprint: Whether tf tells how high base_link is.
         odometry: Whether there is one.
         bad: Points (x, y, z, intensity) in the sensor's frame that every cloud has besides.
+        seen: Points and intensities that every cloud has in place of the wall, level around the sensor.
+        jump_s: When the odometry jumps by 3 m to the left.
     """
     mount = Rotation.from_euler("xyz", rpy_rad)
     sequence = {"seq": 0} if ros1 else {}
@@ -81,7 +85,8 @@ def intensity_drive(
         stamp_ns = START_NS + round(time_s * 1e9)
         place, yaw = _on_arc(np.array([time_s]), speed_mps, turn_radps)
         turned = {"x": 0.0, "y": 0.0, "z": float(np.sin(yaw[0] / 2)), "w": float(np.cos(yaw[0] / 2))}
-        position = {"x": float(place[0, 0]), "y": float(place[0, 1]), "z": 0.0}
+        aside_m = 3.0 if jump_s is not None and time_s >= jump_s else 0.0
+        position = {"x": float(place[0, 0]), "y": float(place[0, 1]) + aside_m, "z": 0.0}
         fields = {
             **header(stamp_ns, "odom"),
             "child_frame_id": "base_link",
@@ -92,6 +97,8 @@ def intensity_drive(
     for number in range(clouds):
         stamp_ns = START_NS + round((number + 1.5) * SWEEP_S * 1e9)
         xyz, intensity, times = _wall((stamp_ns - START_NS) * 1e-9, speed_mps, turn_radps, forward_m)
+        if seen is not None:
+            xyz, intensity, times = seen[0], seen[1], np.zeros(len(seen[0]))
         in_sensor = mount.inv().apply(xyz)
         if bad:
             in_sensor = np.concatenate([in_sensor, np.array(bad)[:, :3]])
