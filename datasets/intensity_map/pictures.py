@@ -74,7 +74,7 @@ class PictureWriter:
 
 def png_bytes(sheet: UInt8[Array, "h w 3"]) -> bytes:
     """A picture as PNG."""
-    _, content = cv2.imencode(".png", sheet, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+    _, content = cv2.imencode(".png", sheet)
     return content.tobytes()
 
 

@@ -1,6 +1,7 @@
 """``navtool intensity-map`` as a user calls it."""
 
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,27 @@ from typing import Any
 import numpy as np
 import pytest
 from intensity_drive import intensity_drive
+
+from navtool.cli.main import main
+from navtool.datasets.ingest.config import IngestConfig
+from navtool.datasets.ingest.ingest import ingest
+from navtool.datasets.robot import RobotConfig
+
+type Call = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def call(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
+    """``call(*arguments)``: the command in this process; its exit code and what it printed."""
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["navtool", "intensity-map", *map(str, arguments)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        printed = capsys.readouterr()
+        return int(left.value.code or 0), printed.out, printed.err
+
+    return run
 
 
 @pytest.fixture
@@ -29,20 +51,25 @@ def test_a_bag_becomes_maps(navtool: Callable[..., Any], bag: Path, tmp_path: Pa
         assert found["classes"].shape == (200, 200)
     lineage = json.loads((out / "lineage.json").read_text())
     assert len(lineage["made_from"]["input"]) == 64
-    again = navtool("intensity-map", bag, "--out", out, "outputs.pictures_every=4")
-    assert again.code == 0
-    assert "there already" in again.err
-    assert "8 maps of 8 clouds" in again.out
-    other = navtool("intensity-map", bag, "--out", out)
-    assert other.code == 1
-    assert "another settings" in other.err
 
 
-def test_a_data_set_becomes_maps(navtool: Callable[..., Any], bag: Path, tmp_path: Path) -> None:
-    assert navtool("ingest", bag, "--out", tmp_path / "set").code == 0
-    made = navtool("intensity-map", tmp_path / "set", "--out", tmp_path / "maps", "--episode", 0)
-    assert made.code == 0, made.err
-    assert "8 maps of 8 clouds" in made.out
+def test_again_it_is_done_and_otherwise_refused(call: Call, bag: Path, tmp_path: Path) -> None:
+    few = ("outputs.video_every=0", "outputs.mcap_every=0", "outputs.pictures_every=0")
+    assert call(bag, "--out", tmp_path / "maps", *few)[0] == 0
+    code, out, err = call(bag, "--out", tmp_path / "maps", *few)
+    assert code == 0
+    assert "there already" in err
+    assert "8 maps of 8 clouds" in out
+    code, _, err = call(bag, "--out", tmp_path / "maps")
+    assert code == 1
+    assert "another settings" in err
+
+
+def test_a_data_set_becomes_maps(call: Call, bag: Path, tmp_path: Path) -> None:
+    ingest([bag], tmp_path / "set", RobotConfig(), IngestConfig())
+    code, out, err = call(tmp_path / "set", "--out", tmp_path / "maps", "--episode", 0, "outputs.video_every=0")
+    assert code == 0, err
+    assert "8 maps of 8 clouds" in out
     assert json.loads((tmp_path / "maps" / "lineage.json").read_text())["input"]["episode"] == 0
 
 
@@ -62,20 +89,20 @@ def test_a_data_set_becomes_maps(navtool: Callable[..., Any], bag: Path, tmp_pat
     ],
 )
 def test_wrong_calls_are_told_as_such(
-    navtool: Callable[..., Any], bag: Path, tmp_path: Path, arguments: tuple[str, ...], said: str
+    call: Call, bag: Path, tmp_path: Path, arguments: tuple[str, ...], said: str
 ) -> None:
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "thesis.tex").touch()
     named = {"BAG": bag, "BAG2": bag, "OUT": tmp_path / "maps", "FULL": tmp_path / "full"}
-    refused = navtool("intensity-map", *(named.get(argument, argument) for argument in arguments))
-    assert refused.code == 2
-    assert said in refused.err
+    code, _, err = call(*(named.get(argument, argument) for argument in arguments))
+    assert code == 2
+    assert said in err
     assert not (tmp_path / "maps").exists()
 
 
-def test_an_input_that_cannot_be_mapped_fails(navtool: Callable[..., Any], bag: Path, tmp_path: Path) -> None:
-    failed = navtool("intensity-map", bag, "--out", tmp_path / "maps", "sensor=hdl64")
-    assert failed.code == 1
-    assert "gives at most 1" in failed.err
-    assert "cure: choose the preset of the recording's sensor with sensor=" in failed.err
+def test_an_input_that_cannot_be_mapped_fails(call: Call, bag: Path, tmp_path: Path) -> None:
+    code, _, err = call(bag, "--out", tmp_path / "maps", "sensor=hdl64")
+    assert code == 1
+    assert "gives at most 1" in err
+    assert "cure: choose the preset of the recording's sensor with sensor=" in err
     assert not (tmp_path / "maps").exists()
