@@ -130,9 +130,9 @@ def _ground(
     blocks = ground_blocks(grid)
     lowest = np.full(blocks * blocks, np.inf, np.float32)
     np.minimum.at(lowest, _block(x, y, half), z)
-    lowest = lowest.reshape(blocks, blocks)
+    low_points = lowest.reshape(blocks, blocks)
     # with blocks repeated beyond the edge, since OpenCV's own border is a finite number
-    around = cv2.erode(lowest, _NEIGHBOURS, borderType=cv2.BORDER_REPLICATE)
-    known = np.where(lowest == np.inf, np.float32(-np.inf), around)
+    around = cv2.erode(low_points, _NEIGHBOURS, borderType=cv2.BORDER_REPLICATE)
+    known = np.where(low_points == np.inf, np.float32(-np.inf), around)
     opened = cv2.dilate(known, _NEIGHBOURS, borderType=cv2.BORDER_REPLICATE)
     return np.where(around == np.inf, np.float32(-config.sensor_height_m), np.maximum(opened, around))

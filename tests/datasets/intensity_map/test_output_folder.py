@@ -16,10 +16,12 @@ from navtool.datasets.intensity_map.output_folder import (
 
 IDENTITY = {"input": "a", "settings": "b", "code_version": "c"}
 
+KIND = "navtool intensity maps"
+
 
 def make(out: Path) -> None:
     with staged_output(out) as staging:
-        write_json(staging / LINEAGE, {**lineage_content(IDENTITY, {}), "report": {"maps": 3}})
+        write_json(staging / LINEAGE, {**lineage_content(KIND, IDENTITY, {}), "report": {"maps": 3}})
         assert not out.exists() or not any(out.iterdir())
 
 
@@ -28,7 +30,7 @@ def test_it_is_there_when_it_is_left(tmp_path: Path) -> None:
     make(out)
     assert finished(out, IDENTITY) == {"maps": 3}
     assert [path.name for path in out.parent.iterdir()] == ["maps"]
-    refuse_other_output(out)
+    refuse_other_output(out, KIND)
 
 
 def test_an_empty_folder_is_taken(tmp_path: Path) -> None:
@@ -66,12 +68,12 @@ def test_other_maps_are_refused_with_what_differs(tmp_path: Path) -> None:
 def test_something_else_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(DatasetsError, match="is a file"):
-        refuse_other_output(tmp_path / "file")
+        refuse_other_output(tmp_path / "file", KIND)
     with pytest.raises(DatasetsError, match="something else"):
-        refuse_other_output(tmp_path)
+        refuse_other_output(tmp_path, KIND)
     (tmp_path / LINEAGE).write_text('{"kind": "a family tree"}')
     with pytest.raises(DatasetsError, match="something else"):
-        refuse_other_output(tmp_path)
+        refuse_other_output(tmp_path, KIND)
 
 
 def test_two_do_not_write_at_once(tmp_path: Path) -> None:

@@ -191,7 +191,8 @@ def test_points_that_are_none_are_counted_and_change_nothing(
 def test_a_wrong_preset_is_told(write_recording: Callable[..., Path], tmp_path: Path) -> None:
     weak = write_recording("mcap", changed(intensity_drive(), slice(None), with_intensity(90.0, 80.0, 30.0)))
     report = maps_of(weak, tmp_path / "weak")
-    assert any("below the threshold 0.57: nothing will be solid" in note for note in report.notes)
+    threshold = MapRunConfig().map.obstacles.threshold
+    assert any(f"below the threshold {threshold:g}: nothing will be solid" in note for note in report.notes)
     layers = replace(SMALL.layers, full_scale=40.0)
     strong = maps_of(weak, tmp_path / "strong", settings(map=replace(SMALL, layers=layers), sensor="mine"))
     assert any("67% are above full_scale = 40: is sensor=mine the right one?" in note for note in strong.notes)
