@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from navtool.datasets.intensity_map.ground_height import height_above_ground
 from navtool.datasets.intensity_map.recorded_sweeps import RecordedSweeps
@@ -16,6 +18,7 @@ from navtool.datasets.recording import open_recording
 from navtool.datasets.robot import RobotConfig
 
 ROOT = Path(__file__).resolve().parents[1]
+_SAME_M = 0.3
 _CAR = 2.2
 """Farther from the sensor than this, seen from above, no point of RELLIS-3D's or KITTI's vehicle remains."""
 
@@ -48,20 +51,36 @@ def real_clouds() -> Iterator[RealCloud]:
 
 
 def _rellis_ouster(folder: Path) -> RealCloud:
-    points = _floats(folder / "rellis3d" / "000104.bin")
-    names: dict[int, str] = yaml.safe_load((folder / "rellis3d" / "rellis.yaml").read_text(encoding="utf-8"))["labels"]
-    number = np.fromfile(folder / "rellis3d" / "000104.label", "<u4")
-    label = np.array([names.get(int(n), "void") for n in range(int(number.max()) + 1)])[number]
+    points, label = _rellis_labelled(folder)
     # the recorder divided the sensor's 16 bits by their largest number
-    return _cloud("RELLIS-3D 000104, Ouster OS1-64", "ouster_signal", points, 65535.0, label)
+    return _cloud("RELLIS-3D 000104, Ouster OS1-64", "ouster", points, 65535.0, label)
 
 
 def _rellis_velodyne(folder: Path) -> RealCloud:
-    return _cloud("RELLIS-3D 000104, Velodyne", "vlp16", _floats(folder / "rellis3d" / "vel000104.bin"), 1.0, None)
+    """Labelled as the nearest labelled point of the other sensor on the same roof, within 0.3 m."""
+    points = _floats(folder / "rellis3d" / "vel000104.bin")
+    text = (folder / "rellis3d" / "vel2os1.yaml").read_text(encoding="utf-8")
+    pose = yaml.safe_load(text)["vel2os1"]
+    turn = Rotation.from_quat([pose["q"][axis] for axis in "xyzw"])
+    other, known = _rellis_labelled(folder)
+    told = known != "void"
+    in_other = turn.apply(points[:, :3]) + [pose["t"][axis] for axis in "xyz"]
+    distance, nearest = cKDTree(other[told, :3]).query(in_other, distance_upper_bound=_SAME_M)
+    label = np.full(len(points), "void", dtype=known.dtype)
+    found = np.isfinite(distance)
+    label[found] = known[told][nearest[found]]
+    return _cloud("RELLIS-3D 000104, Velodyne", "vlp16", points, 1.0, label)
+
+
+def _rellis_labelled(folder: Path) -> tuple[NDArray[np.float32], NDArray[np.str_]]:
+    names: dict[int, str] = yaml.safe_load((folder / "rellis3d" / "rellis.yaml").read_text(encoding="utf-8"))["labels"]
+    number = np.fromfile(folder / "rellis3d" / "000104.label", "<u4")
+    label = np.array([names.get(n, "void") for n in range(int(number.max()) + 1)])[number]
+    return _floats(folder / "rellis3d" / "000104.bin"), label
 
 
 def _kitti(folder: Path) -> RealCloud:
-    return _cloud("KITTI 000001, HDL-64E", "kitti", _floats(folder / "kitti" / "velodyne" / "000001.bin"), 1.0, None)
+    return _cloud("KITTI 000001, HDL-64E", "hdl64", _floats(folder / "kitti" / "velodyne" / "000001.bin"), 1.0, None)
 
 
 def _vlp16(folder: Path) -> RealCloud:

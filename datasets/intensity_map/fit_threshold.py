@@ -27,9 +27,9 @@ class ThresholdFitConfig:
 
     every_s: float = 0.5
     """Time between two sweeps that are looked at, 0 to 60 seconds: neighbours show the same."""
-    heights_m: list[float] = field(default_factory=lambda: [0.3, 0.5, 0.75, 1.0])
+    heights_m: list[float] = field(default_factory=lambda: [0.4, 0.6, 0.8, 1.0])
     """Values of ``height_m`` that are tried, in metres."""
-    ground_margins_m: list[float] = field(default_factory=lambda: [0.15, 0.25, 0.4])
+    ground_margins_m: list[float] = field(default_factory=lambda: [0.1, 0.15, 0.2, 0.3])
     """Values of ``ground_margin_m`` that are tried, in metres."""
 
     def __post_init__(self) -> None:

@@ -52,7 +52,7 @@ def test_the_threshold_lies_between_strong_and_weak(
     assert WEAK < report.settings["obstacles.threshold"] < STRONG
     assert report.tried[0].gain == pytest.approx(1.0, abs=0.1)
     assert [one.gain for one in report.tried] == sorted((one.gain for one in report.tried), reverse=True)
-    assert len(report.tried) == 2 * 3
+    assert len(report.tried) == 2 * 4
     assert report.cells["solid"] > 20 < report.cells["pliable"]
     assert report.sensor_heights_m == pytest.approx([HEIGHT_M])
     settings = yaml.safe_load((tmp_path / "fit" / "settings.yaml").read_text())["map"]
