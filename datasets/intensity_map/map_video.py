@@ -20,10 +20,14 @@ class MapVideo:
     """
 
     def __init__(self, path: Path, rate_hz: Fraction) -> None:
-        self._container = av.open(str(path), "w", format="mp4", options={"movflags": "faststart"})
+        # opened here: FFmpeg does not let go of a file of its own that it could not begin to write
+        self._file = path.open("wb", buffering=0)
+        self._container = av.open(self._file, "w", format="mp4")
         self._rate_hz = rate_hz
         self._stream: av.VideoStream | None = None
         self._frames = 0
+        self._whole = True
+        """Whether all could be written so far: FFmpeg crashes where a file that could not begin is written on."""
 
     def add(self, sheet: UInt8[Array, "h w 3"]) -> None:
         """Encode the next picture, blue first; all have the size of the first one, which is even."""
@@ -36,7 +40,15 @@ class MapVideo:
         frame = av.VideoFrame.from_ndarray(np.asarray(planes, np.uint8), format="yuv420p")
         frame.pts, frame.time_base = self._frames, 1 / self._rate_hz
         self._frames += 1
-        self._container.mux(self._stream.encode(frame))
+        if self._whole:
+            self._write(frame)
+
+    def _write(self, frame: av.VideoFrame | None) -> None:
+        """Encode a frame, or with None what is left of those before."""
+        if self._stream is not None:
+            self._whole = False
+            self._container.mux(self._stream.encode(frame))
+            self._whole = True
 
     def __enter__(self) -> "MapVideo":
         return self
@@ -44,6 +56,7 @@ class MapVideo:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if kind is None and self._stream is not None:
-            self._container.mux(self._stream.encode(None))
-        self._container.close()
+        with self._file:
+            if kind is None and self._whole:
+                self._write(None)
+            self._container.close()
