@@ -1,6 +1,6 @@
 """Whether a run's intensities can carry maps, judged before anything is written."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain, islice
 
 import numpy as np
@@ -39,7 +39,7 @@ def judged_first(source: SweepSource, config: SensorMapConfig) -> tuple[Iterator
     sweeps: Iterable[Sweep] = iter(source)
     first = list(islice(sweeps, FIRST))
     if not first:
-        raise _nothing(source)
+        raise nothing_mapped(source)
     intensity = np.concatenate([sweep.intensity for sweep in first])
     fault = judged(intensity, config)
     if fault is not None:
@@ -63,8 +63,15 @@ def _notes(intensity: Float32[Array, " p"], clouds: int, config: SensorMapConfig
     return []
 
 
-def _nothing(source: SweepSource) -> DatasetsError:
-    reasons = ", ".join(f"{count} {reason}" for reason, count in source.skipped.items())
+def nothing_mapped(source: SweepSource, unusable: Mapping[str, int] | None = None) -> DatasetsError:
+    """What is said where no cloud gives a map.
+
+    Args:
+        source: Whose sweeps were all read.
+        unusable: Sweeps that cannot be used, by reason.
+    """
+    counts = {**source.skipped, **(unusable or {})}
+    reasons = ", ".join(f"{count} {reason}" for reason, count in counts.items())
     if set(source.skipped) == {"without intensities"}:
         what = f"none of the {source.clouds} clouds has intensities: their points have no such field"
         cure = "record the driver's cloud with intensities, or name another topic with robot.topics.lidar=[/topic]"

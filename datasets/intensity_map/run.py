@@ -27,7 +27,7 @@ from navtool.datasets.intensity_map.output_folder import (
 from navtool.datasets.intensity_map.outputs import Outputs
 from navtool.datasets.intensity_map.page import write_page
 from navtool.datasets.intensity_map.place_truth import PlaceTruth, find_truth
-from navtool.datasets.intensity_map.preflight import judged, judged_first
+from navtool.datasets.intensity_map.preflight import judged, judged_first, nothing_mapped
 from navtool.datasets.intensity_map.report import MapReport
 from navtool.datasets.intensity_map.scoring import Scoring
 from navtool.datasets.intensity_map.sweeps import Sweep, SweepSource
@@ -113,6 +113,8 @@ def map_run(
                         scoring.add(mapped)
                     beside.call(outputs.add, mapped)
                 progress.advance(1, 0)
+            if not tally.maps:
+                raise nothing_mapped(source, tally.skipped)
             beside.call(outputs.finish)
         report = MapReport(
             out=out.as_posix(),

@@ -178,6 +178,16 @@ def test_a_later_cloud_that_is_bad_is_left_out_and_told(write_recording: Callabl
     assert any("all intensities are 0" in note for note in report.notes)
 
 
+def test_clouds_that_are_usable_together_but_not_alone_give_no_maps(
+    write_recording: Callable[..., Path], tmp_path: Path
+) -> None:
+    entries = changed(intensity_drive(), slice(0, None, 2), with_intensity(0.0))
+    path = write_recording("mcap", changed(entries, slice(1, None, 2), with_intensity(255.0)))
+    with pytest.raises(DatasetsError, match="none of the 8 clouds can be mapped: 8 intensities cannot be used"):
+        maps_of(path, tmp_path / "maps")
+    assert not (tmp_path / "maps").exists()
+
+
 def test_points_that_are_none_are_counted_and_change_nothing(
     write_recording: Callable[..., Path], tmp_path: Path
 ) -> None:
