@@ -101,6 +101,9 @@ class GlassConfig:
     """Returns of glass are weaker than this, in units of R, in (0, 1]."""
     points: int = 6
     """A patch has at least so many points in the layer z = 0; at least 3."""
+    mixed: float = 0.04
+    """A patch with so many stronger points that are not solid in or beside its cells, for each of its own, is a curtain
+    or grass; above 0."""
     thickness_m: float = 0.04
     """A patch has a standard deviation below this across its own direction and above it along it, metres, above 0."""
     incidence_rad: float = math.radians(12.0)
@@ -121,7 +124,7 @@ class GlassConfig:
             raise ValueError(f"{what}: need an intensity in (0, 1], 3 points and 1 cloud at least")
         if not 0 < self.incidence_rad < 1.5 or not 0 <= self.extend_m <= 10:
             raise ValueError(f"need 0 < incidence_rad < 1.5 and extend_m in 0-10 m, got {self}")
-        for name in ("thickness_m", "decay_s", "jump_m"):
+        for name in ("mixed", "thickness_m", "decay_s", "jump_m"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} = {getattr(self, name)} has to be above 0")
 

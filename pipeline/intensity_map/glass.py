@@ -10,6 +10,8 @@ from navtool.pipeline.intensity_map.layer_points import Layer, LayerPoints, cell
 from navtool.pipeline.intensity_map.layers import IntensityLayers
 
 _NEIGHBOURS = np.ones((3, 3), np.uint8)
+_CLEARLY = 1.5
+"""A point so many times as strong as the limit for glass is of no pane: the middle of one may exceed the limit."""
 
 
 def find_glass(
@@ -22,8 +24,8 @@ def find_glass(
     """The panes that a cloud shows, as segments x0, y0, x1, y1 in the frame of the sensor, in metres.
 
     A pane mirrors a beam back only where it meets it within a few degrees of its normal, and weakly. There the layer
-    z = 0 is stronger than z = -epsilon (the difference of eq. 6 is positive), nothing else is in the cell, and the
-    points lie on a short line across the beams. Grass and curtains are as weak, but deep or anyhow.
+    z = 0 is stronger than z = -epsilon (the difference of eq. 6 is positive), nothing else is in or beside the cells,
+    and the points lie on a short line across the beams. Grass and curtains are as weak, but deep, anyhow or mixed.
 
     Args:
         points: The cloud's, sorted into layers.
@@ -41,7 +43,12 @@ def find_glass(
         return np.zeros((0, 4), np.float32)
     cell = points.cell.take(weak)
     place = np.stack([points.x.take(weak), points.y.take(weak)], axis=1)
-    return _extended(_lines(place, _patches(cell, grid), config), solid, grid, config)
+    label = _patches(cell, grid)
+    alone = ~_mixed(points, label, cell, solid, grid, config)[label]
+    if alone.sum() < config.points:
+        return np.zeros((0, 4), np.float32)
+    _, label = np.unique(label[alone], return_inverse=True)
+    return _extended(_lines(place[alone], label.astype(np.int32), config), solid, grid, config)
 
 
 def _patches(cell: Int64[Array, " k"], grid: GridConfig) -> Int32[Array, " k"]:
@@ -56,6 +63,27 @@ def _patches(cell: Int64[Array, " k"], grid: GridConfig) -> Int32[Array, " k"]:
     mask[row, column] = 1
     _, labels = cv2.connectedComponents(cv2.dilate(mask, _NEIGHBOURS), connectivity=8)
     return np.asarray(labels[row, column] - 1)
+
+
+def _mixed(
+    points: LayerPoints,
+    label: Int32[Array, " k"],
+    cell: Int64[Array, " k"],
+    solid: Bool[Array, "n n"],
+    grid: GridConfig,
+    config: GlassConfig,
+) -> Bool[Array, " patches"]:
+    """Which patches lie among clearly stronger points of the layer z = 0 that are not solid: curtains, grass.
+
+    A pane is weak all along, while a string that fills part of a beam only is as weak beside stronger ones.
+    """
+    patch = np.zeros(grid.cells * grid.cells, np.float32)
+    patch[cell] = label + 1
+    around = cv2.dilate(patch.reshape(grid.cells, grid.cells), _NEIGHBOURS).ravel().astype(np.int64)
+    strong = (points.cell < patch.size) & (points.share >= np.float32(_CLEARLY * config.intensity))
+    place = points.cell.take(np.flatnonzero(strong))
+    beside = np.bincount(around.take(place[~solid.ravel().take(place)]), minlength=int(label.max()) + 2)[1:]
+    return np.asarray(beside >= config.mixed * np.bincount(label))
 
 
 def _stronger_at_level(layers: IntensityLayers, cells: Int64[Array, " k"], config: GlassConfig) -> Bool[Array, " k"]:

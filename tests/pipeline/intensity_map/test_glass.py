@@ -58,8 +58,9 @@ def test_a_weak_line_that_does_not_face_the_sensor_is_no_pane() -> None:
     for angle, expected in ((0.0, 1), (30.0, 0), (60.0, 0), (90.0, 0)):
         along = np.linspace(-0.3, 0.3, 60)
         place = np.stack([3 - along * np.sin(np.radians(angle)), along * np.cos(np.radians(angle))], axis=1)
-        xyz = np.column_stack([place + rng.normal(0, 0.01, place.shape), np.full(60, 0.02)]).astype(np.float32)
-        assert len(panes(SceneCloud(xyz, np.full(60, 20, np.float32)))) == expected
+        line = np.column_stack([place + rng.normal(0, 0.01, place.shape), np.full(60, 0.02)])
+        xyz = np.concatenate([line, [[3.0, 0.0, -0.75]]]).astype(np.float32)
+        assert len(panes(SceneCloud(xyz, np.full(61, 20, np.float32)))) == expected
 
 
 @pytest.mark.parametrize("what", ["grass", "beads", "wall"])
@@ -77,6 +78,16 @@ def test_weak_scatter_and_weak_clumps_are_no_panes() -> None:
         clump = np.column_stack([3 + rng.normal(0, 0.02, (20, 2)), np.zeros(20)])
         for xyz in (scatter, clump):
             assert not len(panes(SceneCloud(xyz.astype(np.float32), np.full(len(xyz), 20, np.float32))))
+
+
+def test_a_weak_line_among_stronger_points_is_a_curtain() -> None:
+    pane = scan_scene([Stand("glass", (3, -3), (3, 3))])
+    assert len(panes(pane)) == 1
+    for strength, expected in ((255 * 0.25, 1), (255 * 0.45, 0)):
+        beside = np.column_stack([np.full(30, 3.05), np.linspace(-0.25, 0.25, 30), np.full(30, 0.02)])
+        xyz = np.concatenate([pane.xyz, beside.astype(np.float32)])
+        mixed = SceneCloud(xyz, np.concatenate([pane.intensity, np.full(30, strength, np.float32)]))
+        assert len(panes(mixed)) == expected
 
 
 def test_the_level_layer_has_to_be_the_stronger_one() -> None:
