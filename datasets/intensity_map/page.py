@@ -38,6 +38,10 @@ def map_page(report: MapReport, config: MapRunConfig, moments: Sequence[Moment])
         parts.append(f'<h2>Along the run</h2><video src="{VIDEO}" controls width="944" style="max-width:100%"></video>')
     parts += ["<h2>What the colours mean</h2>", _legend(report)]
     parts += ["<h2>Moments</h2>", _figures(moments)]
+    if report.scores:
+        columns = ("cells", "precision", "recall", "F")
+        scored = ((name, score.precision, score.recall, score.f) for name, score in report.scores.items())
+        parts += ["<h2>Agreement with what stands there</h2>", html_table(columns, scored)]
     left_out = [(f"clouds: {reason}", count) for reason, count in report.skipped.items()]
     left_out += [(f"points: {reason}", count) for reason, count in report.points_dropped.items()]
     left_out += [("maps that stand alone, without odometry", report.without_odometry)]
