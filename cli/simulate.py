@@ -31,7 +31,7 @@ def simulate(
     The bytes of a recording depend on scenario, settings, seed and its number alone. Run again, the command goes on
     with what is missing. Needs the extra sim.
     """
-    from navtool.cli.compose import UsageError, print_config
+    from navtool.cli.compose import UsageError, print_config, wrong_call
     from navtool.cli.console import print_json
 
     config = simulation_config(overrides or [])
@@ -43,6 +43,10 @@ def simulate(
     if preview is not None and preview.suffix != ".png":
         raise UsageError("is not the name of a PNG", where=preview, cure="end --preview in .png")
     with needs_sim():
+        from navtool.sim.record.output_folder import refuse_other_folder
+
+        with wrong_call():
+            refuse_other_folder(out)
         report = run_simulation(config, out, episodes, seed, workers)
         if preview is not None:
             _draw(config, report, seed, preview)

@@ -52,10 +52,6 @@ class OutputFolder:
     def _load(self) -> None:
         file = self.root / LINEAGE
         if not file.exists():
-            strangers = sorted(path.name for path in self.root.iterdir() if path.name not in {_STAGING, _LOCK})
-            if strangers:
-                what = f"the folder holds something else ({', '.join(strangers[:3])})"
-                raise SimError(what, where=self.root, cure="choose an empty or a new folder with --out")
             return
         try:
             found = read_json(file, _CURE)
@@ -89,6 +85,21 @@ class OutputFolder:
         return path.is_file() and path.stat().st_size == episode.size_bytes
 
 
+def refuse_other_folder(root: Path) -> None:
+    """Do nothing where recordings are or may be made.
+
+    Raises:
+        SimError: It is a file, or a folder that holds something else.
+    """
+    if root.exists() and not root.is_dir():
+        raise SimError("is a file", where=root, cure="name a folder with --out")
+    if root.is_dir() and not (root / LINEAGE).exists():
+        strangers = sorted(path.name for path in root.iterdir() if path.name not in {_STAGING, _LOCK})
+        if strangers:
+            what = f"the folder holds something else ({', '.join(strangers[:3])})"
+            raise SimError(what, where=root, cure="choose an empty or a new folder with --out")
+
+
 @contextmanager
 def open_output(root: Path, config: SimulationConfig, seed: int) -> Iterator[OutputFolder]:
     """The folder for a configuration and seed, made where it is not there, while nobody else writes to it.
@@ -99,8 +110,7 @@ def open_output(root: Path, config: SimulationConfig, seed: int) -> Iterator[Out
         SimError: Another process writes to it, it holds something else or recordings of other settings, or cannot be
             written to.
     """
-    if root.exists() and not root.is_dir():
-        raise SimError("is a file", where=root, cure="name a folder with --out")
+    refuse_other_folder(root)
     created = not root.exists()
     try:
         root.mkdir(parents=True, exist_ok=True)

@@ -51,8 +51,11 @@ def test_bad_calls_get_one_error_and_an_exit_code(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
+    (tmp_path / "file").touch()
     cases: list[tuple[list[object], int, str]] = [
         ([], 2, "--out"),
+        (["--out", tmp_path / "file"], 2, "is a file"),
+        (["--out", tmp_path], 2, "holds something else (file)"),
         (["scenario=grapse_1", "--out", out], 2, "did you mean graspe_1?"),
         (["scenario=grapse_1", "--out", out], 2, "amco_1, amco_2"),
         (["scenario.weather.rain_mmph=500", "--out", out], 2, "0-100 mm/h"),
