@@ -72,7 +72,7 @@ def print_maps(report: "MapReport") -> None:
     """The report for a person: what the maps show, what was left out, and where they lie."""
     from navtool.cli.console import console, print_notes, print_table
 
-    rows = ((name, report.maps_with[name], cells / max(report.maps, 1)) for name, cells in report.cells.items())
+    rows = ((name, report.maps_with[name], round(cells / max(report.maps, 1))) for name, cells in report.cells.items())
     print_table("Cells", ("class", "maps with it", "cells a map"), rows)
     if report.scores:
         scored = ((name, score.precision, score.recall, score.f) for name, score in report.scores.items())

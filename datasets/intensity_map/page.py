@@ -45,6 +45,7 @@ def map_page(report: MapReport, config: MapRunConfig, moments: Sequence[Moment])
     left_out = [(f"clouds: {reason}", count) for reason, count in report.skipped.items()]
     left_out += [(f"points: {reason}", count) for reason, count in report.points_dropped.items()]
     left_out += [("maps that stand alone, without odometry", report.without_odometry)]
+    left_out += [("maps not scored: the robot's place is not known", report.not_scored)]
     left_out += [("jumps of the odometry", report.odometry_jumps)]
     parts += ["<h2>What was left out</h2>", html_table(("what", "count"), left_out)]
     parts += ["<h2>Files</h2>", html_table(("output", "maps"), report.files.items())]

@@ -28,6 +28,8 @@ _COLOURS = {
 }
 """In OpenCV's order, blue first."""
 _ROBOT, _GOAL = (255, 255, 255), (80, 220, 255)
+_FAINTEST = 50
+"""Where scales of colours begin: below, they are as dark as the ground."""
 _TITLES = (
     *("classes", "upper: (0, h]", "level: z = 0"),
     *("plan: 0 to R and above", "below: z = -epsilon", "lower: [-h, 0)"),
@@ -140,7 +142,8 @@ def _write(sheet: UInt8[Array, "h w 3"], text: str, left: int, base: int, colour
 
 def _colours_of(scale: int) -> UInt8[Array, "256 1 3"]:
     """A scale of colours whose first one is that of free cells."""
-    colours = np.asarray(cv2.applyColorMap(np.arange(256, dtype=np.uint8).reshape(256, 1), scale), np.uint8)
+    shades = np.linspace(_FAINTEST, 255, 256).astype(np.uint8).reshape(256, 1)
+    colours = np.asarray(cv2.applyColorMap(shades, scale), np.uint8)
     colours[0, 0] = _FREE
     return colours
 

@@ -74,9 +74,9 @@ class Pending(NamedTuple):
 class SweepSource(ABC):
     """Sweeps of one run, in the order of record.
 
-    Guarantees: a recording and the data set that was ingested from it give the same sweeps, bit for bit, and every
-    cloud that gives none is counted in ``skipped``. Iterating streams: memory holds a few clouds. It may be iterated
-    again; the counts begin anew then.
+    Guarantees: a recording and the data set that was ingested from it give the same sweeps, bit for bit, where ingest
+    took the clouds' own stamps; and every cloud that gives none is counted in ``skipped``. Iterating streams: memory
+    holds a few clouds. It may be iterated again; the counts begin anew then.
 
     Attributes:
         name: Of the recording or of the episode.

@@ -47,6 +47,8 @@ def test_every_sensor_composes_and_overrides_win(name: str) -> None:
     config = compose("intensity_map", [f"sensor={name}"], IntensityMapJob)
     assert config.sensor == name
     assert config.map.layers.full_scale <= config.largest_intensity
+    described = (config_folder().parent / "docs" / "intensity_maps.md").read_text()
+    assert f"| `{name}` | {config.map.layers.full_scale:g} | {config.largest_intensity:.0f} |" in described
     own = compose("intensity_map", [f"sensor={name}", "map.layers.full_scale=0.5"], IntensityMapJob)
     assert own.map.layers.full_scale == 0.5
     assert own.largest_intensity == config.largest_intensity

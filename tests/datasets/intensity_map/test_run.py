@@ -198,6 +198,52 @@ def test_points_that_are_none_are_counted_and_change_nothing(
     assert hashes(tmp_path / "bad" / "arrays") == hashes(tmp_path / "good" / "arrays")
 
 
+def test_a_data_set_without_intensities_is_refused_with_the_cure(
+    write_recording: Callable[..., Path], tmp_path: Path
+) -> None:
+    path = write_recording("mcap", changed(intensity_drive(clouds=4), slice(None), no_intensity))
+    ingest([path], tmp_path / "set", RobotConfig(), IngestConfig())
+    with pytest.raises(DatasetsError, match="none of the 4 clouds has intensities") as raised:
+        maps_of(tmp_path / "set", tmp_path / "maps")
+    assert "ingest that recording again" in str(raised.value.cure)
+
+
+def test_a_mission_of_several_bags_is_one_run(write_recording: Callable[..., Path], tmp_path: Path) -> None:
+    entries = intensity_drive()
+    whole = maps_of(write_recording("ros1", intensity_drive(ros1=True)), tmp_path / "one")
+    for name, wanted in (("lidar", True), ("rest", False)):
+        part = [entry for entry in entries if (entry[0] == "/points") == wanted]
+        bag = write_recording("mcap", part, name=name)
+        file = bag if bag.is_file() else next(bag.glob("*.mcap"))
+        (tmp_path / "mission").mkdir(exist_ok=True)
+        file.rename(tmp_path / "mission" / f"{name}.mcap")
+    report = maps_of(tmp_path / "mission", tmp_path / "maps", merged=True)
+    assert (report.maps, report.without_odometry) == (whole.maps, 0)
+    assert hashes(tmp_path / "maps" / "arrays") == hashes(tmp_path / "one" / "arrays")
+
+
+def test_the_progress_adds_up(write_recording: Callable[..., Path], tmp_path: Path) -> None:
+    class Sum(Silent):
+        total, done_work, finished = 0, 0, ""
+
+        def begin(self, things: int, work: int) -> None:
+            self.total = things * work
+
+        def advance(self, done: int, spared: int) -> None:
+            self.done_work += done + spared
+            assert self.done_work <= self.total
+
+        def done(self, things: int, name: str) -> None:
+            self.finished = f"{things} {name}"
+
+    entries = changed(intensity_drive(clouds=14), slice(12, 13), with_intensity(0.0))
+    path = write_recording("mcap", changed(entries, slice(5, 7), empty))
+    progress = Sum()
+    report = intensity_maps(MapInput(path), tmp_path / "maps", settings(), progress)
+    assert progress.done_work == progress.total == report.clouds == report.maps + sum(report.skipped.values())
+    assert progress.finished == f"1 {report.source}"
+
+
 def test_a_wrong_preset_is_told(write_recording: Callable[..., Path], tmp_path: Path) -> None:
     weak = write_recording("mcap", changed(intensity_drive(), slice(None), with_intensity(90.0, 80.0, 30.0)))
     report = maps_of(weak, tmp_path / "weak")
