@@ -58,9 +58,13 @@ def intensity_map(
     require_there(truth)
     with wrong_call():
         refuse_other_output(out, KIND)
-    path = local_path(inputs[0])
+    chosen = MapInput(local_path(inputs[0]), episode, job.robot, job.merge is Merge.folder)
+    count = chosen.episode_count()
+    with wrong_call():
+        chosen.refuse_episode(count)
+    if count is not None and (robot is not None or any(x.startswith("robot") for x in overrides)):
+        raise UsageError("the data set knows its own robot", where=chosen.path, cure="leave --robot and robot. out")
     with WorkProgress("runs") as progress:
-        chosen = MapInput(path, episode, job.robot, job.merge is Merge.folder)
         report = intensity_maps(chosen, out, job.config(), progress, truth)
     if as_json:
         print_json(report.to_json())

@@ -36,6 +36,29 @@ class MapInput:
         layout = Layout(self.path)
         return layout.description.is_file() or layout.info.is_file()
 
+    def episode_count(self) -> int | None:
+        """How many episodes the data set has; None for a recording.
+
+        Raises:
+            DatasetsError: The data set cannot be read.
+        """
+        return len(NavDataset(self.path).episodes) if self.is_dataset else None
+
+    def refuse_episode(self, count: int | None) -> None:
+        """Do nothing where an episode is named that is there, or none has to be.
+
+        Args:
+            count: Of ``episode_count``.
+
+        Raises:
+            DatasetsError: There is no such episode, it has to be chosen, or a recording has none.
+        """
+        if count is not None:
+            self._episode_of(count)
+        elif self.episode is not None:
+            cure = "leave --episode out, or name a data set"
+            raise DatasetsError("is a recording: it has no episodes", where=self.path, cure=cure)
+
     def identity(self, config: SensorMapConfig) -> dict[str, object]:
         """What has to be equal for the same maps: hashes of the input, of the settings and of the code.
 
@@ -45,7 +68,7 @@ class MapInput:
         robot = self.robot or RobotConfig()
         if self.is_dataset:
             dataset = NavDataset(self.path)
-            made = dataset.provenance()[self._episode_of(dataset)]
+            made = dataset.provenance()[self._episode_of(len(dataset.episodes))]
             settings = config_hash({"map": config, "dataset": dataset.description.config_hash})
             return {"input": made["sha256"], "settings": settings, "code_version": code_version()}
         sha256, _ = recording_sha256(self.path)
@@ -58,7 +81,7 @@ class MapInput:
         if not self.is_dataset:
             return {"recording": path}
         dataset = NavDataset(self.path)
-        episode = self._episode_of(dataset)
+        episode = self._episode_of(len(dataset.episodes))
         recording = dataset.lineage()["recordings"][episode]
         config = dataset.description.config_hash
         return {"dataset": path, "episode": episode, "recording": recording, "dataset_config_sha256": config}
@@ -72,16 +95,13 @@ class MapInput:
         """
         if self.is_dataset:
             dataset = NavDataset(self.path)
-            yield EpisodeSweeps(dataset, self._episode_of(dataset), config.sweeps)
+            yield EpisodeSweeps(dataset, self._episode_of(len(dataset.episodes)), config.sweeps)
             return
-        if self.episode is not None:
-            cure = "leave --episode out, or name a data set"
-            raise DatasetsError("is a recording: it has no episodes", where=self.path, cure=cure)
+        self.refuse_episode(None)
         with open_recording(self.path, merged=self.merged) as recording:
             yield RecordedSweeps(recording, self.robot or RobotConfig(), config.sweeps)
 
-    def _episode_of(self, dataset: NavDataset) -> int:
-        count = len(dataset.episodes)
+    def _episode_of(self, count: int) -> int:
         episode = 0 if self.episode is None and count == 1 else self.episode
         if episode is None:
             what = f"the data set has {count} episodes"

@@ -71,6 +71,10 @@ def test_a_data_set_becomes_maps(call: Call, bag: Path, tmp_path: Path) -> None:
     assert code == 0, err
     assert "8 maps of 8 clouds" in out
     assert json.loads((tmp_path / "maps" / "lineage.json").read_text())["input"]["episode"] == 0
+    for wrong, said in (("--episode=1", "there is no episode 1"), ("robot=husky", "knows its own robot")):
+        code, _, err = call(tmp_path / "set", "--out", tmp_path / "other", wrong)
+        assert code == 2
+        assert said in err
 
 
 @pytest.mark.parametrize(
@@ -85,6 +89,7 @@ def test_a_data_set_becomes_maps(call: Call, bag: Path, tmp_path: Path) -> None:
         (("BAG", "--out", "OUT", "robot=nobody"), "no robot preset is called"),
         (("BAG", "--out", "OUT", "map.inflation.size_cells=301", "map.grid.cells=100"), "301"),
         (("BAG", "--out", "OUT", "map.grid.cells=16", "map.inflation.size_cells=21"), "is more than grid.cells = 16"),
+        (("BAG", "--out", "OUT", "--episode", "0"), "is a recording: it has no episodes"),
         (("BAG", "--out", "OUT", "largest_intensity=9"), "is less than map.layers.full_scale"),
     ],
 )
