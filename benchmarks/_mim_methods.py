@@ -47,8 +47,10 @@ class Drive:
     moved_m: float = 0.0
 
 
-def judge_drive(scenario: str, split: Split, seed: int, seconds: float, config: IntensityMapConfig) -> Drive:
-    """All methods on one drive."""
+def judge_drive(
+    scenario: str, split: Split, seed: int, seconds: float, config: IntensityMapConfig, *, scored: bool = True
+) -> Drive:
+    """All methods on one drive; without scores, our own one alone."""
     place, drive, sensors = drive_through(scenario, split, seed, seconds)
     steps = np.diff(drive.position_m[:, :2], axis=0)
     result = Drive(seconds=drive.duration_s, moved_m=float(np.hypot(*steps.T).sum()))
@@ -57,10 +59,12 @@ def judge_drive(scenario: str, split: Split, seed: int, seconds: float, config: 
     for index, cloud in enumerate(clouds(place, drive, sensors)):
         result.clouds += 1
         memory, made = map_cloud(memory, cloud.xyz, cloud.intensity, cloud.odom_sensor, cloud.time_s, 0.0, config)
-        points = sort_points(cloud.xyz, cloud.intensity, grid, config.layers)
-        occupancy = observe(occupancy, points, cloud.odom_sensor, grid, OccupancyConfig())
         if all(item.kind != "glass" for item in place.world.obstacles.items):
             false_glass.look(memory)
+        if not scored:
+            continue
+        points = sort_points(cloud.xyz, cloud.intensity, grid, config.layers)
+        occupancy = observe(occupancy, points, cloud.odom_sensor, grid, OccupancyConfig())
         if index % SCORED_EVERY == SCORED_EVERY - 1:
             maps = {name: method(cloud, config) for name, method in PEERS.items()}
             maps["occupancy grid"] = occupancy_classes(occupancy, cloud.odom_sensor, grid)
