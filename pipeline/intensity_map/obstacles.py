@@ -1,5 +1,6 @@
 """What a cell holds: something solid, something that yields, something transparent, or nothing (MIM, eq. 3 to 5)."""
 
+from collections.abc import Iterator
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -9,6 +10,7 @@ from jaxtyping import Bool, Float32, Int64, UInt8
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GridConfig, LayerConfig, ObstacleConfig, Reduction
+from navtool.pipeline.intensity_map.layer_points import Layer
 from navtool.pipeline.intensity_map.layers import IntensityLayers
 
 TIE = 1e-4
@@ -52,8 +54,7 @@ def find_obstacles(
     Raises:
         ValueError: The reduction is ``max``, and the layers were made for another one.
     """
-    level, below, upper, lower = layers.points
-    seen = level + below + upper + lower > 0
+    seen = np.asarray((layers.points > 0).any(axis=0))
     # a cloud has points in few of the cells
     cells = np.flatnonzero(seen)
     value = layers.values_at(cells, config, grid)
@@ -73,23 +74,36 @@ def _above(
 ) -> Bool[Array, " k"]:
     """In which cells the reduction of the points around is above the threshold in any layer."""
     side = 2 * obstacle.pooling_cells + 1
-    ones = np.ones(side, np.float32)
     above = np.zeros(cells.size, bool)
     if config.reduction is Reduction.max:
         for layer in layers.values(config, grid):
             pooled = cv2.dilate(layer, np.ones((side, side), np.uint8))
             above |= pooled.ravel().take(cells) > np.float32(obstacle.threshold)
         return above
-    for total, points in zip(layers.total, layers.points, strict=True):
-        # the mean of some points is above the threshold where they exceed it by more than they fall short of it
-        if config.reduction is Reduction.mean:
-            excess = cv2.scaleAdd(points, -obstacle.threshold, total)
-        else:
-            excess = total - np.float32(obstacle.threshold * grid.cell_m * grid.cell_m)
+    ones = np.ones(side, np.float32)
+    for excess in _excesses(layers, cells, grid, config, obstacle):
         # beyond the edge of the grid there is nothing, neither points nor area
         pooled = cv2.sepFilter2D(excess, -1, ones, ones, borderType=cv2.BORDER_CONSTANT)
         above |= pooled.ravel().take(cells) > np.float32(TIE)
     return above
+
+
+def _excesses(
+    layers: IntensityLayers, cells: Int64[Array, " k"], grid: GridConfig, config: LayerConfig, obstacle: ObstacleConfig
+) -> Iterator[Float32[Array, "n n"]]:
+    """By how much the intensities of each cell exceed what its points or its area may have, layer by layer."""
+    if config.reduction is Reduction.sum:
+        for total in layers.total:
+            yield total - np.float32(obstacle.threshold * grid.cell_m * grid.cell_m)
+        return
+    # the mean of some points is above the threshold where they exceed it by more than they fall short of it
+    shape = (len(Layer), -1)
+    total, points = (part.reshape(shape).take(cells, axis=1) for part in (layers.total, layers.points))
+    for at_cells in total - np.float32(obstacle.threshold) * points:
+        if (at_cells > 0).any():
+            excess = np.zeros((grid.cells, grid.cells), np.float32)
+            excess.reshape(-1)[cells] = at_cells
+            yield excess
 
 
 def cell_classes(obstacles: Obstacles, transparent: Bool[Array, "n n"]) -> UInt8[Array, "n n"]:
