@@ -2,7 +2,7 @@
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, Int32, Int64
+from jaxtyping import Bool, Complex128, Float32, Int32, Int64
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GlassConfig, GridConfig
@@ -42,7 +42,7 @@ def find_glass(
     if weak.size < config.points:
         return np.zeros((0, 4), np.float32)
     cell = points.cell.take(weak)
-    place = np.stack([points.x.take(weak), points.y.take(weak)], axis=1)
+    place = points.x.take(weak) + 1j * points.y.take(weak).astype(np.float64)
     label = _patches(cell, grid)
     alone = ~_mixed(points, label, cell, solid, grid, config)[label]
     if alone.sum() < config.points:
@@ -97,28 +97,39 @@ def _stronger_at_level(layers: IntensityLayers, cells: Int64[Array, " k"], confi
     return np.asarray(weak & ((points[1] == 0) | (total[0] * points[1] > total[1] * points[0])))
 
 
-def _lines(points: Float32[Array, "k 2"], label: Int32[Array, " k"], config: GlassConfig) -> Float32[Array, "s 4"]:
-    """The ends of each patch that is thin, faces the sensor and has points enough."""
+def _lines(points: Complex128[Array, " k"], label: Int32[Array, " k"], config: GlassConfig) -> Float32[Array, "s 4"]:
+    """The ends of each patch that is thin, faces the sensor and has points enough.
+
+    Points are complex, x + iy: the square of a number has twice its angle, so that the mean square of what lies around
+    the middle of a patch points along it at twice the angle, and is longer the thinner the patch.
+    """
     count = np.bincount(label)
-    size = len(count)
-    x, y = points[:, 0].astype(np.float64), points[:, 1].astype(np.float64)
-    mean_x, mean_y = np.bincount(label, x, size) / count, np.bincount(label, y, size) / count
-    dx, dy = x - mean_x[label], y - mean_y[label]
-    xx, yy, xy = (np.bincount(label, product, size) / count for product in (dx * dx, dy * dy, dx * dy))
-    angle = 0.5 * np.arctan2(2 * xy, xx - yy)
-    along_x, along_y = np.cos(angle), np.sin(angle)
-    across = np.sqrt(np.maximum(xx * along_y**2 - 2 * xy * along_x * along_y + yy * along_x**2, 0.0))
-    length = np.sqrt(xx * along_x**2 + 2 * xy * along_x * along_y + yy * along_y**2)
-    distance = np.hypot(mean_x, mean_y)
-    slant = np.abs(along_x * mean_x + along_y * mean_y) / np.maximum(distance, 1e-9)
-    line = (across < config.thickness_m) & (length > config.thickness_m)
-    glass = line & (count >= config.points) & (slant < np.sin(config.incidence_rad))
-    reach = dx * along_x[label] + dy * along_y[label]
-    first, last = np.full(size, np.inf), np.full(size, -np.inf)
-    np.minimum.at(first, label, reach)
-    np.maximum.at(last, label, reach)
-    ends = [mean_x + first * along_x, mean_y + first * along_y, mean_x + last * along_x, mean_y + last * along_y]
-    return np.asarray(np.stack(ends, axis=1)[glass], np.float32)
+    if count.max() < config.points:
+        return np.zeros((0, 4), np.float32)
+    middle = _mean(points, label, count)
+    around = points - middle.take(label)
+    square, spread = _mean(around * around, label, count), _mean(around * around.conj(), label, count).real
+    # the eigenvalues of the covariance
+    across, length = np.sqrt(np.maximum(spread - np.abs(square), 0.0) / 2), np.sqrt((spread + np.abs(square)) / 2)
+    along = np.exp(0.5j * np.angle(square))
+    slant = np.abs((along.conj() * middle).real) / np.maximum(np.abs(middle), 1e-9)
+    thin = (across < config.thickness_m) & (length > config.thickness_m)
+    glass = thin & (count >= config.points) & (slant < np.sin(config.incidence_rad))
+    lines = [np.zeros((0, 4), np.float32)]
+    for patch in np.flatnonzero(glass):
+        reach = (around[label == patch] * along[patch].conj()).real
+        ends = middle[patch] + np.array([[reach.min(), reach.max()]]) * along[patch]
+        lines.append(ends.view(np.float64).astype(np.float32))
+    return np.concatenate(lines)
+
+
+def _mean(
+    values: Complex128[Array, " k"], label: Int32[Array, " k"], count: Int64[Array, " s"]
+) -> Complex128[Array, " s"]:
+    """The mean of the values of each patch."""
+    total = np.zeros(len(count), np.complex128)
+    np.add.at(total, label, values)
+    return np.asarray(total / count)
 
 
 def _extended(
@@ -127,14 +138,12 @@ def _extended(
     """Each line made longer at both ends, up to the first solid cell."""
     if not len(lines) or config.extend_m == 0:
         return lines
-    tips = np.stack([lines[:, :2], lines[:, 2:]])  # [2, s, 2]
-    way = tips[1] - tips[0]
-    way /= np.maximum(np.hypot(way[:, 0], way[:, 1]), np.float32(1e-6))[:, None]
-    outwards = np.stack([-way, way])
+    tips = lines.reshape(-1, 2, 2)
+    outwards = tips - tips[:, ::-1]
+    outwards /= np.maximum(np.hypot(outwards[..., 0], outwards[..., 1]), np.float32(1e-6))[..., None]
     step = np.float32(grid.cell_m / 2)
     steps = np.arange(1, round(2 * config.extend_m / grid.cell_m) + 1, dtype=np.float32) * step
-    reached = tips[:, :, None] + steps[:, None] * outwards[:, :, None]  # [2, s, steps, 2]
-    row, column = cell_numbers(reached[..., 0].ravel(), grid), cell_numbers(reached[..., 1].ravel(), grid)
-    open_so_far = np.logical_and.accumulate(~solid[row, column].reshape(reached.shape[:-1]), axis=2)
+    reached = cell_numbers(tips[:, :, None] + steps[:, None] * outwards[:, :, None], grid)  # [s, 2, steps, 2]
+    open_so_far = np.logical_and.accumulate(~solid[reached[..., 0], reached[..., 1]], axis=2)
     ends = tips + (open_so_far.sum(axis=2) * step)[..., None] * outwards
-    return np.asarray(np.concatenate([ends[0], ends[1]], axis=1), np.float32)
+    return np.asarray(ends.reshape(-1, 4), np.float32)
