@@ -34,7 +34,7 @@ def inflation_kernel(goal_rad: float, config: InflationConfig) -> Float32[Array,
     if config.method is Inflation.uniform:
         return np.ones((config.size_cells, config.size_cells), np.float32)
     axis = np.arange(-reach, reach + 1, dtype=np.float64)
-    x, y = np.meshgrid(axis, axis, indexing="ij")
+    x, y = axis[:, None], axis
     back = -(x * np.cos(goal_rad) + y * np.sin(goal_rad))
     aside = np.abs(y * np.cos(goal_rad) - x * np.sin(goal_rad))
     half_line = (back > -0.5) & (aside <= config.padding_cells + 0.5)
@@ -78,5 +78,9 @@ def planning_map(
 
     Transparent cells count with R at least: the weak intensities that give them away say nothing of how hard they are.
     """
-    hard = np.where(transparent, np.maximum(obstacles.solid, np.float32(1)), obstacles.solid)
-    return np.maximum(inflate(hard, kernel), obstacles.pliable)
+    hard = obstacles.solid.copy()
+    # panes cover few cells
+    panes = np.flatnonzero(transparent)
+    hard.reshape(-1)[panes] = np.maximum(hard.ravel().take(panes), np.float32(1))
+    grown = inflate(hard, kernel)
+    return np.maximum(grown, obstacles.pliable, out=grown)

@@ -18,6 +18,7 @@ def obstacle_cost(
         grid: Where the map's cells lie.
     """
     cell = np.floor(trajectories * np.float32(1 / grid.cell_m) + np.float32(0.5 * grid.cells)).astype(np.int64)
-    inside = ((cell >= 0) & (cell < grid.cells)).all(axis=-1)
-    row, column = np.moveaxis(np.clip(cell, 0, grid.cells - 1), -1, 0)
-    return np.asarray((plan[row, column] * inside).sum(axis=-1, dtype=np.float32))
+    row, column = cell[..., 0], cell[..., 1]
+    inside = (row >= 0) & (row < grid.cells) & (column >= 0) & (column < grid.cells)
+    cost = plan.ravel().take(row * grid.cells + column, mode="clip")
+    return np.asarray((cost * inside).sum(axis=-1, dtype=np.float32))
