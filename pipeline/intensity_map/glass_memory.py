@@ -1,9 +1,11 @@
 """Glass remembered in the odometry frame while the robot moves (MIM, eq. 6 and 7)."""
 
+import cmath
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, Int64
+from jaxtyping import Bool, Complex128, Float32, Float64, Int64
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GlassConfig, GridConfig
@@ -58,25 +60,27 @@ def remember_glass(
     Raises:
         ValueError: Pose or time are not finite.
     """
-    x, y = float(odom_sensor[0]), float(odom_sensor[1])
-    if not (np.isfinite(odom_sensor).all() and np.isfinite(time_s)):
+    x, y, yaw = odom_sensor.tolist()
+    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(yaw) and math.isfinite(time_s)):
         raise ValueError(f"the sensor is at {odom_sensor} at {time_s} s: pose and time have to be finite")
     before = (x, y) if memory.position_m is None else memory.position_m
-    if np.hypot(x - before[0], y - before[1]) > config.jump_m or time_s < memory.time_s:
+    if math.hypot(x - before[0], y - before[1]) > config.jump_m or time_s < memory.time_s:
         memory, before = GlassMemory(jumps=memory.jumps + 1), (x, y)
-    covered = np.unique(_number(_in_odometry(_along(segments, grid), odom_sensor), grid))
-    cell = np.concatenate([memory.cell, covered])
-    clouds = np.concatenate([memory.clouds, np.ones(covered.size, np.int64)])
-    seen = np.concatenate([memory.seen_s, np.full(covered.size, time_s)])
-    cell, place = np.unique(cell, return_inverse=True)
-    clouds = np.bincount(place, clouds, cell.size).astype(np.int64)
-    latest = np.full(cell.size, -np.inf)
-    np.maximum.at(latest, place, seen)
-    middle = _middle(cell, grid)
-    away = np.hypot(*(middle - (x, y)).T)
-    kept = (latest > time_s - config.decay_s) & (away < 1.5 * grid.half_m)
-    kept &= _distance_to_way(middle, before, (x, y)) > robot_radius_m
-    return GlassMemory(cell[kept], clouds[kept], latest[kept], (x, y), time_s, memory.jumps)
+    cell, clouds, latest = memory.cell, memory.clouds, memory.seen_s
+    if len(segments):
+        covered = _covered(segments, odom_sensor, grid)
+        cell, place = np.unique(np.concatenate([cell, covered]), return_inverse=True)
+        known, shown = place[: memory.cell.size], place[memory.cell.size :]
+        clouds, latest = np.zeros(cell.size, np.int64), np.full(cell.size, time_s)
+        clouds[known], latest[known] = memory.clouds, memory.seen_s
+        clouds[shown] += 1
+        latest[shown] = time_s
+    if cell.size:
+        middle = _middle(cell, grid)
+        kept = (latest > time_s - config.decay_s) & (np.abs(middle - complex(x, y)) < 1.5 * grid.half_m)
+        kept &= _distance_to_way(middle, complex(*before), complex(x, y)) > robot_radius_m
+        cell, clouds, latest = cell[kept], clouds[kept], latest[kept]
+    return GlassMemory(cell, clouds, latest, (x, y), time_s, memory.jumps)
 
 
 def transparent_cells(
@@ -88,51 +92,39 @@ def transparent_cells(
     if not known.size:
         return mask
     # A cell of one frame lies askew over those of the other: its middle and its quarters find all that it covers well.
-    quarter = 0.25 * grid.cell_m
-    points = (
-        _middle(known, grid)[:, None]
-        + np.array([(0, 0), (-quarter, -quarter), (-quarter, quarter), (quarter, -quarter), (quarter, quarter)])
-    ).reshape(-1, 2)
-    yaw = float(odom_sensor[2])
-    cosine, sine = np.cos(yaw), np.sin(yaw)
-    dx, dy = points[:, 0] - odom_sensor[0], points[:, 1] - odom_sensor[1]
-    local = np.stack([cosine * dx + sine * dy, cosine * dy - sine * dx], axis=1)
-    cell = np.floor(local / grid.cell_m + grid.cells / 2).astype(np.int64)
-    row, column = cell[((cell >= 0) & (cell < grid.cells)).all(axis=1)].T
-    mask[row, column] = True
+    quarters = 0.25 * grid.cell_m * np.array([0, -1 - 1j, -1 + 1j, 1 - 1j, 1 + 1j])
+    x, y, yaw = odom_sensor.tolist()
+    local = (_middle(known, grid)[:, None] + quarters - complex(x, y)) * cmath.exp(-1j * yaw)
+    row, column = np.floor(local.view(np.float64).reshape(-1, 2).T / grid.cell_m + grid.cells / 2).astype(np.int64)
+    inside = (row >= 0) & (row < grid.cells) & (column >= 0) & (column < grid.cells)
+    mask[row[inside], column[inside]] = True
     return mask
 
 
-def _along(segments: Float32[Array, "s 4"], grid: GridConfig) -> Float64[Array, "m 2"]:
-    """Points along segments, two a cell."""
-    parts = [np.zeros((0, 2))]
-    for x0, y0, x1, y1 in segments.astype(np.float64).tolist():
-        count = int(np.ceil(2 * np.hypot(x1 - x0, y1 - y0) / grid.cell_m)) + 1
-        parts.append(np.linspace((x0, y0), (x1, y1), count))
-    return np.concatenate(parts)
-
-
-def _distance_to_way(
-    points: Float64[Array, "k 2"], start: tuple[float, float], end: tuple[float, float]
-) -> Float64[Array, " k"]:
-    """How far points lie from the straight way between two positions."""
-    way = np.subtract(end, start)
-    from_start = points - start
-    share = np.clip(from_start @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
-    return np.asarray(np.hypot(*(from_start - share[:, None] * way).T))
-
-
-def _in_odometry(points: Float64[Array, "m 2"], odom_sensor: Float64[Array, "3"]) -> Float64[Array, "m 2"]:
+def _covered(segments: Float32[Array, "s 4"], odom_sensor: Float64[Array, "3"], grid: GridConfig) -> Int64[Array, " m"]:
+    """The numbers of the cells that segments cover, increasing: two points a cell are looked at."""
     x, y, yaw = odom_sensor.tolist()
-    cosine, sine = np.cos(yaw), np.sin(yaw)
-    return np.asarray(points @ np.array([[cosine, sine], [-sine, cosine]]) + (x, y))
+    parts = []
+    for x0, y0, x1, y1 in segments.tolist():
+        way = complex(x1 - x0, y1 - y0)
+        steps = max(math.ceil(2 * abs(way) / grid.cell_m), 1)
+        parts.append(complex(x0, y0) + np.arange(steps + 1) / steps * way)
+    places = np.concatenate(parts) * cmath.exp(1j * yaw) + complex(x, y)
+    row, column = np.floor(places.view(np.float64).reshape(-1, 2).T / grid.cell_m).astype(np.int64) + _OFFSET
+    return np.asarray(np.unique((row << 31) | column))
 
 
-def _number(points: Float64[Array, "m 2"], grid: GridConfig) -> Int64[Array, " m"]:
-    cell = np.floor(points / grid.cell_m).astype(np.int64) + _OFFSET
-    return np.asarray((cell[:, 0] << 31) | cell[:, 1])
+def _distance_to_way(points: Complex128[Array, " k"], start: complex, end: complex) -> Float64[Array, " k"]:
+    """How far points lie from the straight way between two positions."""
+    from_start, way = points - start, end - start
+    if abs(way) < 1e-6:
+        return np.asarray(np.abs(from_start))
+    # as shares of the way, its direction is that of the real numbers
+    share = from_start / way
+    return np.asarray(abs(way) * np.abs(share - np.clip(share.real, 0.0, 1.0)))
 
 
-def _middle(cell: Int64[Array, " k"], grid: GridConfig) -> Float64[Array, "k 2"]:
-    index = np.stack([cell >> 31, cell & ((1 << 31) - 1)], axis=1) - _OFFSET
-    return np.asarray((index + 0.5) * grid.cell_m)
+def _middle(cell: Int64[Array, " k"], grid: GridConfig) -> Complex128[Array, " k"]:
+    """The middles of cells in the odometry frame, x + iy."""
+    row, column = cell >> 31, cell & ((1 << 31) - 1)
+    return np.asarray((row + 1j * column + complex(0.5 - _OFFSET, 0.5 - _OFFSET)) * grid.cell_m)

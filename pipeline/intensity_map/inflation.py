@@ -35,8 +35,8 @@ def inflation_kernel(goal_rad: float, config: InflationConfig) -> Float32[Array,
         return np.ones((config.size_cells, config.size_cells), np.float32)
     axis = np.arange(-reach, reach + 1, dtype=np.float64)
     x, y = axis[:, None], axis
-    back = -(x * np.cos(goal_rad) + y * np.sin(goal_rad))
-    aside = np.abs(y * np.cos(goal_rad) - x * np.sin(goal_rad))
+    cosine, sine = np.cos(goal_rad), np.sin(goal_rad)
+    back, aside = -(x * cosine + y * sine), np.abs(y * cosine - x * sine)
     half_line = (back > -0.5) & (aside <= config.padding_cells + 0.5)
     disc = np.hypot(x, y) <= config.minor_cells + 1e-9
     return np.asarray((half_line | disc).astype(np.float32))

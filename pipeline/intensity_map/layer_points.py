@@ -78,7 +78,7 @@ def sort_points(
 def cell_numbers(coordinate_m: Float32[Array, "*k"], grid: GridConfig) -> Int64[Array, "*k"]:
     """The row of each x, or the column of each y; what lies beyond the grid gets the nearest one."""
     number = coordinate_m * np.float32(1 / grid.cell_m) + np.float32(0.5 * grid.cells)
-    return np.asarray(np.clip(number, np.float32(0), np.float32(grid.cells - 1)).astype(np.int64))
+    return np.asarray(np.minimum(np.maximum(number, np.float32(0)), np.float32(grid.cells - 1)).astype(np.int64))
 
 
 def _layer_cells(place: Float32[Array, "3 k"], grid: GridConfig, config: LayerConfig) -> Int64[Array, " k"]:
