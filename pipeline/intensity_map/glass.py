@@ -1,5 +1,8 @@
 """Panes of glass, found from the weak patch that beams leave where they meet a pane at right angles (MIM, eq. 6)."""
 
+import cmath
+import math
+
 import cv2
 import numpy as np
 from jaxtyping import Bool, Complex128, Float32, Int32, Int64
@@ -56,8 +59,7 @@ def _patches(cell: Int64[Array, " k"], grid: GridConfig) -> Int32[Array, " k"]:
 
     Cells that touch, or have one or two cells between them, are of one patch.
     """
-    row = cell // grid.cells
-    column = cell - row * grid.cells
+    row, column = np.divmod(cell, grid.cells)
     row, column = row - row.min(), column - column.min()
     mask = np.zeros((int(row.max()) + 1, int(column.max()) + 1), np.uint8)
     mask[row, column] = 1
@@ -98,38 +100,36 @@ def _stronger_at_level(layers: IntensityLayers, cells: Int64[Array, " k"], confi
 
 
 def _lines(points: Complex128[Array, " k"], label: Int32[Array, " k"], config: GlassConfig) -> Float32[Array, "s 4"]:
-    """The ends of each patch that is thin, faces the sensor and has points enough.
+    """The ends of each patch that is thin, faces the sensor and has points enough; points are complex, x + iy."""
+    lines = []
+    # few patches have so many points
+    for patch in np.flatnonzero(np.bincount(label) >= config.points):
+        ends = _line(points[label == patch], config)
+        if ends is not None:
+            lines.append((ends[0].real, ends[0].imag, ends[1].real, ends[1].imag))
+    return np.array(lines, np.float32).reshape(-1, 4)
 
-    Points are complex, x + iy: the square of a number has twice its angle, so that the mean square of what lies around
-    the middle of a patch points along it at twice the angle, and is longer the thinner the patch.
+
+def _line(points: Complex128[Array, " k"], config: GlassConfig) -> tuple[complex, complex] | None:
+    """The ends of a patch that is thin and faces the sensor; None of another.
+
+    The square of a complex number has twice its angle: the mean square of the points around their middle lies at twice
+    the angle of the patch, and is longer the thinner the patch is.
     """
-    count = np.bincount(label)
-    if count.max() < config.points:
-        return np.zeros((0, 4), np.float32)
-    middle = _mean(points, label, count)
-    around = points - middle.take(label)
-    square, spread = _mean(around * around, label, count), _mean(around * around.conj(), label, count).real
-    # the eigenvalues of the covariance
-    across, length = np.sqrt(np.maximum(spread - np.abs(square), 0.0) / 2), np.sqrt((spread + np.abs(square)) / 2)
-    along = np.exp(0.5j * np.angle(square))
-    slant = np.abs((along.conj() * middle).real) / np.maximum(np.abs(middle), 1e-9)
-    thin = (across < config.thickness_m) & (length > config.thickness_m)
-    glass = thin & (count >= config.points) & (slant < np.sin(config.incidence_rad))
-    lines = [np.zeros((0, 4), np.float32)]
-    for patch in np.flatnonzero(glass):
-        reach = (around[label == patch] * along[patch].conj()).real
-        ends = middle[patch] + np.array([[reach.min(), reach.max()]]) * along[patch]
-        lines.append(ends.view(np.float64).astype(np.float32))
-    return np.concatenate(lines)
-
-
-def _mean(
-    values: Complex128[Array, " k"], label: Int32[Array, " k"], count: Int64[Array, " s"]
-) -> Complex128[Array, " s"]:
-    """The mean of the values of each patch."""
-    total = np.zeros(len(count), np.complex128)
-    np.add.at(total, label, values)
-    return np.asarray(total / count)
+    middle = complex(points.sum()) / points.size
+    around = points - middle
+    square, spread = complex((around * around).sum()) / points.size, float(np.vdot(around, around).real) / points.size
+    # the eigenvalues of the covariance are the squares of both deviations
+    across, length = math.sqrt(max(spread - abs(square), 0.0) / 2), math.sqrt((spread + abs(square)) / 2)
+    if not across < config.thickness_m < length:
+        return None
+    along = cmath.sqrt(square / abs(square))
+    # both are unit vectors: the part of the beam along the patch is the sine of its incidence
+    slant = abs((along.conjugate() * middle).real) / max(abs(middle), 1e-9)
+    if slant >= math.sin(config.incidence_rad):
+        return None
+    reach = (around * along.conjugate()).real
+    return middle + float(reach.min()) * along, middle + float(reach.max()) * along
 
 
 def _extended(
