@@ -1,6 +1,5 @@
 """What a cell holds: something solid, something that yields, something transparent, or nothing (MIM, eq. 3 to 5)."""
 
-from collections.abc import Iterator
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -80,30 +79,24 @@ def _above(
             pooled = cv2.dilate(layer, np.ones((side, side), np.uint8))
             above |= pooled.ravel().take(cells) > np.float32(obstacle.threshold)
         return above
-    ones = np.ones(side, np.float32)
-    for excess in _excesses(layers, cells, grid, config, obstacle):
-        # beyond the edge of the grid there is nothing, neither points nor area
-        pooled = cv2.sepFilter2D(excess, -1, ones, ones, borderType=cv2.BORDER_CONSTANT)
-        above |= pooled.ravel().take(cells) > np.float32(TIE)
-    return above
-
-
-def _excesses(
-    layers: IntensityLayers, cells: Int64[Array, " k"], grid: GridConfig, config: LayerConfig, obstacle: ObstacleConfig
-) -> Iterator[Float32[Array, "n n"]]:
-    """By how much the intensities of each cell exceed what its points or its area may have, layer by layer."""
-    if config.reduction is Reduction.sum:
-        for total in layers.total:
-            yield total - np.float32(obstacle.threshold * grid.cell_m * grid.cell_m)
-        return
-    # the mean of some points is above the threshold where they exceed it by more than they fall short of it
     shape = (len(Layer), -1)
     total, points = (part.reshape(shape).take(cells, axis=1) for part in (layers.total, layers.points))
-    for at_cells in total - np.float32(obstacle.threshold) * points:
-        if (at_cells > 0).any():
-            excess = np.zeros((grid.cells, grid.cells), np.float32)
-            excess.reshape(-1)[cells] = at_cells
-            yield excess
+    if config.reduction is Reduction.mean:
+        # the mean of some points is above the threshold where they exceed it by more than they fall short of it
+        excess, elsewhere = total - np.float32(obstacle.threshold) * points, np.float32(0)
+    else:
+        elsewhere = np.float32(-obstacle.threshold * grid.cell_m * grid.cell_m)
+        excess = total + elsewhere
+    ones = np.ones(side, np.float32)
+    around = np.full((grid.cells, grid.cells), elsewhere)
+    pooled = np.empty_like(around)
+    # nothing comes of a layer that falls short everywhere
+    for layer in excess[(excess > 0).any(axis=1)]:
+        around.reshape(-1)[cells] = layer
+        # beyond the edge of the grid there is nothing, neither points nor area
+        cv2.sepFilter2D(around, -1, ones, ones, dst=pooled, borderType=cv2.BORDER_CONSTANT)
+        above |= pooled.ravel().take(cells) > np.float32(TIE)
+    return above
 
 
 def cell_classes(obstacles: Obstacles, transparent: Bool[Array, "n n"]) -> UInt8[Array, "n n"]:
