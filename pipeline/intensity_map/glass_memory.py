@@ -73,7 +73,7 @@ def remember_glass(
         known, shown = place[: memory.cell.size], place[memory.cell.size :]
         clouds, latest = np.zeros(cell.size, np.int64), np.full(cell.size, time_s)
         clouds[known], latest[known] = memory.clouds, memory.seen_s
-        clouds[shown] += 1
+        clouds[shown] += 1  # once for a cell, however often it is named
         latest[shown] = time_s
     if cell.size:
         middle = _middle(cell, grid)
@@ -102,7 +102,7 @@ def transparent_cells(
 
 
 def _covered(segments: Float32[Array, "s 4"], odom_sensor: Float64[Array, "3"], grid: GridConfig) -> Int64[Array, " m"]:
-    """The numbers of the cells that segments cover, increasing: two points a cell are looked at."""
+    """The numbers of the cells that segments cover, some of them repeatedly: two points a cell are looked at."""
     x, y, yaw = odom_sensor.tolist()
     parts = []
     for x0, y0, x1, y1 in segments.tolist():
@@ -111,7 +111,7 @@ def _covered(segments: Float32[Array, "s 4"], odom_sensor: Float64[Array, "3"], 
         parts.append(complex(x0, y0) + np.arange(steps + 1) / steps * way)
     places = np.concatenate(parts) * cmath.exp(1j * yaw) + complex(x, y)
     row, column = np.floor(places.view(np.float64).reshape(-1, 2).T / grid.cell_m).astype(np.int64) + _OFFSET
-    return np.asarray(np.unique((row << 31) | column))
+    return np.asarray((row << 31) | column)
 
 
 def _distance_to_way(points: Complex128[Array, " k"], start: complex, end: complex) -> Float64[Array, " k"]:
