@@ -45,47 +45,49 @@ def find_glass(
     if weak.size < config.points:
         return np.zeros((0, 4), np.float32)
     cell = points.cell.take(weak)
-    place = points.x.take(weak) + 1j * points.y.take(weak).astype(np.float64)
-    label = _patches(cell, grid)
-    alone = ~_mixed(points, label, cell, solid, grid, config)[label]
-    if alone.sum() < config.points:
+    patches = _patches(cell, grid)
+    label = patches.ravel().take(cell)
+    count = np.bincount(label)
+    large = count >= config.points
+    if not large.any():
         return np.zeros((0, 4), np.float32)
-    _, label = np.unique(label[alone], return_inverse=True)
-    return _extended(_lines(place[alone], label.astype(np.int32), config), solid, grid, config)
+    place = points.x.take(weak) + 1j * points.y.take(weak).astype(np.float64)
+    # few patches have so many points
+    alone = np.flatnonzero(large & ~_mixed(points, patches, count, solid, config))
+    lines = [line for patch in alone if (line := _line(place[label == patch], config))]
+    return _extended(np.array(lines, np.float32).reshape(-1, 4), solid, grid, config)
 
 
-def _patches(cell: Int64[Array, " k"], grid: GridConfig) -> Int32[Array, " k"]:
-    """The number of the patch that each cell belongs to, from 0 on without gaps.
+def _patches(cell: Int64[Array, " k"], grid: GridConfig) -> Int32[Array, "n n"]:
+    """The number of the patch that each cell of the grid is in or beside, from 1 on; 0 is no patch.
 
     Cells that touch, or have one or two cells between them, are of one patch.
     """
     row, column = np.divmod(cell, grid.cells)
-    row, column = row - row.min(), column - column.min()
-    mask = np.zeros((int(row.max()) + 1, int(column.max()) + 1), np.uint8)
+    mask, patches = (np.zeros((grid.cells, grid.cells), kind) for kind in (np.uint8, np.int32))
     mask[row, column] = 1
-    _, labels = cv2.connectedComponents(cv2.dilate(mask, _NEIGHBOURS), connectivity=8)
-    return np.asarray(labels[row, column] - 1)
+    # a cell more on each side
+    box = tuple(slice(max(int(index.min()) - 1, 0), int(index.max()) + 2) for index in (row, column))
+    _, patches[box] = cv2.connectedComponents(cv2.dilate(mask[box], _NEIGHBOURS), connectivity=8)
+    return patches
 
 
 def _mixed(
     points: LayerPoints,
-    label: Int32[Array, " k"],
-    cell: Int64[Array, " k"],
+    patches: Int32[Array, "n n"],
+    count: Int64[Array, " patches"],
     solid: Bool[Array, "n n"],
-    grid: GridConfig,
     config: GlassConfig,
 ) -> Bool[Array, " patches"]:
     """Which patches lie among clearly stronger points of the layer z = 0 that are not solid: curtains, grass.
 
     A pane is weak all along, while a string that fills part of a beam only is as weak beside stronger ones.
     """
-    patch = np.zeros(grid.cells * grid.cells, np.float32)
-    patch[cell] = label + 1
-    around = cv2.dilate(patch.reshape(grid.cells, grid.cells), _NEIGHBOURS).ravel().astype(np.int64)
-    strong = (points.cell < patch.size) & (points.share >= np.float32(_CLEARLY * config.intensity))
+    strong = (points.cell < patches.size) & (points.share >= np.float32(_CLEARLY * config.intensity))
     place = points.cell.take(np.flatnonzero(strong))
-    beside = np.bincount(around.take(place[~solid.ravel().take(place)]), minlength=int(label.max()) + 2)[1:]
-    return np.asarray(beside >= config.mixed * np.bincount(label))
+    place = place[~solid.ravel().take(place)]
+    beside = np.bincount(patches.ravel().take(place), minlength=count.size)
+    return np.asarray(beside >= config.mixed * count)
 
 
 def _stronger_at_level(layers: IntensityLayers, cells: Int64[Array, " k"], config: GlassConfig) -> Bool[Array, " k"]:
@@ -99,19 +101,8 @@ def _stronger_at_level(layers: IntensityLayers, cells: Int64[Array, " k"], confi
     return np.asarray(weak & ((points[1] == 0) | (total[0] * points[1] > total[1] * points[0])))
 
 
-def _lines(points: Complex128[Array, " k"], label: Int32[Array, " k"], config: GlassConfig) -> Float32[Array, "s 4"]:
-    """The ends of each patch that is thin, faces the sensor and has points enough; points are complex, x + iy."""
-    lines = []
-    # few patches have so many points
-    for patch in np.flatnonzero(np.bincount(label) >= config.points):
-        ends = _line(points[label == patch], config)
-        if ends is not None:
-            lines.append((ends[0].real, ends[0].imag, ends[1].real, ends[1].imag))
-    return np.array(lines, np.float32).reshape(-1, 4)
-
-
-def _line(points: Complex128[Array, " k"], config: GlassConfig) -> tuple[complex, complex] | None:
-    """The ends of a patch that is thin and faces the sensor; None of another.
+def _line(points: Complex128[Array, " k"], config: GlassConfig) -> tuple[float, float, float, float] | None:
+    """The ends of a patch that is thin and faces the sensor, None of another; points are complex, x + iy.
 
     The square of a complex number has twice its angle: the mean square of the points around their middle lies at twice
     the angle of the patch, and is longer the thinner the patch is.
@@ -129,7 +120,8 @@ def _line(points: Complex128[Array, " k"], config: GlassConfig) -> tuple[complex
     if slant >= math.sin(config.incidence_rad):
         return None
     reach = (around * along.conjugate()).real
-    return middle + float(reach.min()) * along, middle + float(reach.max()) * along
+    first, last = middle + float(reach.min()) * along, middle + float(reach.max()) * along
+    return first.real, first.imag, last.real, last.imag
 
 
 def _extended(

@@ -116,18 +116,6 @@ def test_layers_equal_a_loop_over_points(reduction: Reduction, flat: FlatLayers,
         np.testing.assert_allclose(values, naive_values(xyz, intensity, GRID, config), atol=2e-4, rtol=1e-5)
 
 
-def test_the_ground_of_a_grid_a_rounding_wider_than_whole_metres_equals_a_loop() -> None:
-    grid, config = GridConfig(cells=100, cell_m=0.07), LayerConfig()
-    assert grid.half_m > 3.5 == np.float32(grid.half_m)
-    for seed in range(10):
-        # few points, so that most blocks have their ground from their neighbours
-        xyz, intensity = random_cloud(seed, 300)
-        # off the edges of cells, which a single and a double draw a rounding apart
-        xyz[:, :2] = np.float32(0.07) * (np.floor(xyz[:, :2] / np.float32(0.07)) + np.float32(0.5))
-        values = layers_of(xyz, intensity, grid, config).values(config, grid)
-        np.testing.assert_allclose(values, naive_values(xyz, intensity, grid, config), atol=2e-4, rtol=1e-5)
-
-
 def test_a_scene_equals_a_loop_over_points() -> None:
     scene = scan_scene([Stand("wall", (3, -2), (3, 2)), Stand("grass", (-2, -2), (-2, 2), 1.0)], columns=360)
     config, grid = LayerConfig(), GridConfig()

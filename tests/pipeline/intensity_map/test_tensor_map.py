@@ -102,6 +102,8 @@ def test_maps_equal_those_of_numpy(reduction: Reduction, pooling: int, device: s
         IntensityMapConfig(layers=LayerConfig(flat=FlatLayers.metric, ground_margin_m=0.0)),
         IntensityMapConfig(inflation=InflationConfig(method=Inflation.uniform, size_cells=15)),
         IntensityMapConfig(grid=GridConfig(cells=46, cell_m=0.25), layers=LayerConfig(height_m=0.3)),
+        # half of it is 3.5 m in a single, and a little more in a double: 7 or 8 blocks of ground
+        IntensityMapConfig(grid=GridConfig(cells=100, cell_m=0.07)),
     ],
 )
 def test_other_settings_equal_numpy_too(config: IntensityMapConfig) -> None:
