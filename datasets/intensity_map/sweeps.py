@@ -16,6 +16,8 @@ from navtool.datasets.ingest.motion import Motion
 from navtool.datasets.whole_clouds import WholeCloud
 from navtool.pipeline.arrays import Array
 
+_FARTHEST_M = 1e7
+"""No odometry is that far from its origin, not even one in the coordinates of a national grid."""
 _FOOTPRINT = "tf_static: "
 """How a height above the ground that the recording itself tells is called in a calibration's sources."""
 
@@ -188,4 +190,6 @@ def sensor_pose(motion: Motion, moment_ns: int, base_lidar: Float64[Array, "4 4"
     if pose is None:
         return None
     x, y, _ = pose[:3, :3] @ base_lidar[:3, 3] + pose[:3, 3]
+    if max(abs(x), abs(y)) > _FARTHEST_M:
+        return None
     return np.array([x, y, np.arctan2(pose[1, 0], pose[0, 0])])

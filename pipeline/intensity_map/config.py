@@ -116,7 +116,10 @@ class GlassConfig:
     decay_s: float = 60.0
     """It is forgotten so long after the last one, in seconds, above 0."""
     jump_m: float = 1.0
-    """A pose further than this from the one before it is a jump of the odometry: all is forgotten then. Above 0."""
+    """A pose further than this from where the robot can have driven since the one before is a jump of the odometry: all
+    is forgotten then. Above 0."""
+    fastest_mps: float = 3.0
+    """The robot goes no faster, in metres a second, 0 to 50."""
 
     def __post_init__(self) -> None:
         if not 0 < self.intensity <= 1 or self.points < 3 or self.clouds < 1:

@@ -45,8 +45,8 @@ def remember_glass(
 
     Kept is what was seen within ``decay_s`` and lies within the reach of the grid. Where the robot stands there is no
     glass: only its own way clears cells, since beams that return from behind a pane have passed through it. All is
-    forgotten, and counted as a jump, where the pose lies further than ``jump_m`` from the one before or time runs
-    backwards.
+    forgotten, and counted as a jump, where the pose lies further than ``jump_m`` from where the robot can be since the
+    one before, or time runs backwards.
 
     Args:
         memory: What was known.
@@ -64,7 +64,8 @@ def remember_glass(
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(yaw) and math.isfinite(time_s)):
         raise ValueError(f"the sensor is at {odom_sensor} at {time_s} s: pose and time have to be finite")
     before = (x, y) if memory.position_m is None else memory.position_m
-    if math.hypot(x - before[0], y - before[1]) > config.jump_m or time_s < memory.time_s:
+    reach_m = config.jump_m + config.fastest_mps * (time_s - memory.time_s)
+    if math.hypot(x - before[0], y - before[1]) > reach_m or time_s < memory.time_s:
         memory, before = GlassMemory(jumps=memory.jumps + 1), (x, y)
     cell, clouds, latest = memory.cell, memory.clouds, memory.seen_s
     if len(segments):

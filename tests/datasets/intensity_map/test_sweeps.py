@@ -143,3 +143,13 @@ def test_an_episode_that_is_not_there_is_refused(write_recording: Callable[..., 
 def test_settings_out_of_range_are_refused(setting: dict[str, Any], fault: str) -> None:
     with pytest.raises(ValueError, match=fault):
         SweepConfig(**setting)
+
+
+def test_a_place_beyond_all_maps_is_none(write_recording: Callable[..., Path]) -> None:
+    entries = intensity_drive()
+    for topic, _, _, fields in entries:
+        if topic == "/odom":
+            fields["pose"]["pose"]["position"]["x"] += 1e9
+    sweeps, _ = recorded(write_recording("mcap", entries))
+    assert sweeps
+    assert all(sweep.odom_sensor is None for sweep in sweeps)

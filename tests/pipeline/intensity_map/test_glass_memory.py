@@ -84,9 +84,11 @@ def test_only_the_own_way_clears_glass() -> None:
 
 def test_a_jump_of_the_pose_or_of_time_forgets_and_counts() -> None:
     memory = after(GlassMemory(), PANE, pose(0), 10.0, ONCE)
-    assert after(memory, NONE, pose(0.9), 11.0, ONCE).jumps == 0
-    for at, time_s in ((pose(1.1), 11.0), (pose(0, -1.1), 11.0), (pose(0), 9.9)):
-        jumped = after(memory, NONE, at, time_s, ONCE)
+    config = GlassConfig(clouds=1, jump_m=1.0, fastest_mps=2.0)
+    for at, time_s in ((pose(1.1), 10.1), (pose(0, -2.9), 11.0), (pose(20.0), 20.0)):
+        assert after(memory, NONE, at, time_s, config).jumps == 0, "it can have driven there"
+    for at, time_s in ((pose(1.3), 10.1), (pose(0, -3.1), 11.0), (pose(0), 9.9)):
+        jumped = after(memory, NONE, at, time_s, config)
         assert jumped.jumps == 1
         assert not jumped.cell.size
     assert not after(jumped, NONE, pose(0), 10.5, ONCE).cell.size
