@@ -3,7 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
 
@@ -12,7 +12,6 @@ import yaml
 
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.files import write_bytes, write_json
-from navtool.datasets.from_plain import from_plain
 from navtool.datasets.intensity_map.config import SensorHeight, SensorMapConfig
 from navtool.datasets.intensity_map.fit_report import FitReport, tried
 from navtool.datasets.intensity_map.fit_threshold import ThresholdFit, ThresholdFitConfig, ThresholdFitter
@@ -77,11 +76,9 @@ def fit_intensity_threshold(
         "settings": config_hash([one["settings"] for one in each]),
         "code_version": code_version(),
     }
-    before = finished(out, identity)
+    before = finished(out, identity, FitReport)
     if before is not None:
-        names = {entry.name for entry in fields(FitReport)}
-        told = {key: value for key, value in before.items() if key in names}
-        return replace(from_plain(FitReport, told, where=out / LINEAGE), done_before=True)
+        return replace(before, done_before=True)
     begun = time.monotonic()
     run = _Run(config)
     progress.begin(len(inputs), _SHARES * len(inputs))

@@ -4,10 +4,12 @@ import fcntl
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 
 from navtool.datasets.errors import DatasetsError, OutputError
 from navtool.datasets.files import read_json
+from navtool.datasets.from_plain import from_plain
 
 LINEAGE = "lineage.json"
 """Name of the file that says what the output was made from, and what the run told."""
@@ -26,8 +28,13 @@ def refuse_other_output(out: Path, kind: str) -> None:
         raise DatasetsError("the folder holds something else", where=out, cure="name an empty or a new folder")
 
 
-def finished(out: Path, identity: Mapping[str, object]) -> dict[str, object] | None:
+def finished[T](out: Path, identity: Mapping[str, object], report: type[T]) -> T | None:
     """What the run told whose output lies here, made from the same; None where there is none.
+
+    Args:
+        out: The folder.
+        identity: What has to be equal.
+        report: The dataclass of what is told.
 
     Raises:
         DatasetsError: What is here was made from something else; what differs is named.
@@ -40,8 +47,10 @@ def finished(out: Path, identity: Mapping[str, object]) -> dict[str, object] | N
     if differ := [key for key, value in identity.items() if before.get(key) != value]:
         what = f"what is here was made with another {', '.join(key.replace('_', ' ') for key in differ)}"
         raise DatasetsError(what, where=out, cure=_CURE)
-    report = found.get("report")
-    return report if isinstance(report, dict) else {}
+    told = found.get("report")
+    names = {entry.name for entry in fields(report)}  # type: ignore[arg-type]
+    known = {key: value for key, value in told.items() if key in names} if isinstance(told, dict) else {}
+    return from_plain(report, known, where=out / LINEAGE)
 
 
 @contextmanager

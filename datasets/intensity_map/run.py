@@ -4,14 +4,13 @@ import math
 import time
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
 
 from navtool.datasets.files import write_json
-from navtool.datasets.from_plain import from_plain
 from navtool.datasets.ingest.background import Background
 from navtool.datasets.intensity_map.config import MapRunConfig, SensorHeight
 from navtool.datasets.intensity_map.goals import goal_direction
@@ -61,11 +60,9 @@ def intensity_maps(
     """
     refuse_other_output(out, KIND)
     identity = {**chosen.identity(config), "truth": None if truth is None else file_sha256(truth)}
-    before = finished(out, identity)
+    before = finished(out, identity, MapReport)
     if before is not None:
-        names = {entry.name for entry in fields(MapReport)}
-        told = {key: value for key, value in before.items() if key in names}
-        return replace(from_plain(MapReport, told, where=out / LINEAGE), done_before=True)
+        return replace(before, done_before=True)
     known = find_truth(chosen, truth, config.sweeps.odometry_gap_s)
     with chosen.open(config) as source:
         return map_run(source, out, config, lineage_content(KIND, identity, chosen.about()), progress, known)
