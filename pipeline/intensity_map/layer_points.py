@@ -10,8 +10,9 @@ from jaxtyping import Float32, Int64, UInt8
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import FlatLayers, GridConfig, LayerConfig
 
-GROUND_BELOW = 0.1
-"""Nothing higher than this share of the sensor's height below it is taken for ground: hills rise, and robots nod."""
+GROUND_BELOW = -0.3
+"""Nothing higher than this share of the sensor's height below it is taken for ground. Negative: hills rise by a tenth
+of their distance and robots nod, so that ground 10 m away may be as high as the sensor and a little higher."""
 
 
 class Layer(IntEnum):
