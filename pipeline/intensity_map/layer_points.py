@@ -10,8 +10,8 @@ from jaxtyping import Float32, Int64, UInt8
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import FlatLayers, GridConfig, LayerConfig
 
-GROUND_BELOW = -0.3
-"""Nothing higher than this share of the sensor's height below it is taken for ground. Negative: hills rise by a tenth
+HIGHEST_GROUND = 0.3
+"""Nothing that rises above the sensor by more than this share of its height is taken for ground: hills rise by a tenth
 of their distance and robots nod, so that ground 10 m away may be as high as the sensor and a little higher."""
 
 
@@ -66,7 +66,7 @@ def sort_points(
     standing, share = place.take(near, axis=1), intensity.take(near)
     if config.ground_margin_m > 0:
         low = inside & (x > -half) & (y > -half) & (z > -np.inf)
-        low &= z < np.float32(-GROUND_BELOW * config.sensor_height_m)
+        low &= z < np.float32(HIGHEST_GROUND * config.sensor_height_m)
         ground = _ground(place.take(np.flatnonzero(low), axis=1), grid, config)
         raised = standing[2] > ground.take(_block(standing, grid)) + np.float32(config.ground_margin_m)
         if not raised.all():
@@ -144,4 +144,4 @@ def _ground(low: Float32[Array, "3 k"], grid: GridConfig, config: LayerConfig) -
     around = cv2.erode(low_points, _NEIGHBOURS, borderType=cv2.BORDER_REPLICATE)
     known = np.where(low_points == np.inf, np.float32(-np.inf), around)
     opened = cv2.dilate(known, _NEIGHBOURS, borderType=cv2.BORDER_REPLICATE)
-    return np.where(around == np.inf, np.float32(-config.sensor_height_m), np.maximum(opened, around)).ravel()
+    return np.where(around == np.inf, np.float32(-config.sensor_height_m), opened).ravel()

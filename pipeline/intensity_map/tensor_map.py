@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from navtool.pipeline.intensity_map.config import FlatLayers, Inflation, IntensityMapConfig
-from navtool.pipeline.intensity_map.layer_points import GROUND_BELOW, Layer, ground_blocks
+from navtool.pipeline.intensity_map.layer_points import HIGHEST_GROUND, Layer, ground_blocks
 from navtool.pipeline.intensity_map.obstacles import TIE, CellClass
 from navtool.pipeline.scripting import no_type_check
 
@@ -53,7 +53,7 @@ class TensorIntensityMap(nn.Module):
         self.level = _single(math.tan(layers.flat_rad) if self.angular else layers.flat_m)
         self.below = _single(math.tan(3 * layers.flat_rad) if self.angular else 3 * layers.flat_m)
         self.sensor_height_m = _single(layers.sensor_height_m)
-        self.ground_below_m = _single(GROUND_BELOW * layers.sensor_height_m)
+        self.highest_ground_m = _single(HIGHEST_GROUND * layers.sensor_height_m)
         self.ground_margin_m = _single(layers.ground_margin_m)
         self.of_full_scale = _single(1 / layers.full_scale)
         self.reduction = layers.reduction.value
@@ -119,7 +119,7 @@ class TensorIntensityMap(nn.Module):
         zero = torch.zeros_like(x)
         if self.ground_margin_m > 0:
             within = real & in_grid & (x > -half) & (y > -half)
-            low = within & (z < -self.ground_below_m) & z.isfinite()
+            low = within & (z < self.highest_ground_m) & z.isfinite()
             bx, by = torch.where(in_grid, x, zero), torch.where(in_grid, y, zero)
             last = self.blocks - 1
             row, column = (bx + half).long().clamp(max=last), (by + half).long().clamp(max=last)
@@ -131,7 +131,7 @@ class TensorIntensityMap(nn.Module):
             around = -functional.max_pool2d(-lowest, 3, 1, 1)
             opened = functional.max_pool2d(torch.where(lowest.isinf(), -lowest, around), 3, 1, 1)
             nothing = torch.full_like(around, -self.sensor_height_m)
-            ground = torch.where(around.isinf(), nothing, torch.maximum(opened, around))
+            ground = torch.where(around.isinf(), nothing, opened)
             chosen = chosen & (z > ground.flatten()[block] + self.ground_margin_m)
         x, y, z = torch.where(chosen, x, zero), torch.where(chosen, y, zero), torch.where(chosen, z, zero)
         share = (torch.where(chosen, intensity, zero) * self.of_full_scale).clamp(0.0, 1.0)

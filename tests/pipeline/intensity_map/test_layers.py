@@ -12,7 +12,7 @@ from intensity_scene import Stand, scan_scene
 from numpy.typing import NDArray
 
 from navtool.pipeline.intensity_map.config import FlatLayers, GridConfig, LayerConfig, Reduction
-from navtool.pipeline.intensity_map.layer_points import GROUND_BELOW, Layer, sort_points
+from navtool.pipeline.intensity_map.layer_points import HIGHEST_GROUND, Layer, sort_points
 from navtool.pipeline.intensity_map.layers import IntensityLayers, intensity_layers
 
 Cloud = NDArray[np.float32]
@@ -46,7 +46,7 @@ def naive_ground(xyz: list[list[float]], grid: GridConfig, config: LayerConfig) 
     """The highest of the lowest around of the lowest points of each block of 1 m: its ground, where it is known."""
     lowest: Blocks = {}
     for x, y, z in xyz:
-        low = math.isfinite(z) and z < -GROUND_BELOW * config.sensor_height_m
+        low = math.isfinite(z) and z < HIGHEST_GROUND * config.sensor_height_m
         if low and abs(x) < grid.half_m and abs(y) < grid.half_m:
             block = (math.floor(x + grid.half_m), math.floor(y + grid.half_m))
             lowest[block] = min(lowest.get(block, math.inf), z)
@@ -114,6 +114,23 @@ def test_layers_equal_a_loop_over_points(reduction: Reduction, flat: FlatLayers,
         values = layers_of(xyz, intensity, GRID, config).values(config, GRID)
         assert (values > 0).any(axis=(1, 2)).all(), "each layer has points"
         np.testing.assert_allclose(values, naive_values(xyz, intensity, GRID, config), atol=2e-4, rtol=1e-5)
+
+
+@pytest.mark.parametrize("points", [20, 100, 300])
+def test_sparse_clouds_equal_a_loop_over_points(points: int) -> None:
+    """Most blocks have no point that may be ground, and many no neighbour with one."""
+    for seed in range(20):
+        xyz, intensity = random_cloud(seed, points)
+        values = layers_of(xyz, intensity, GRID, LayerConfig()).values(LayerConfig(), GRID)
+        np.testing.assert_allclose(values, naive_values(xyz, intensity, GRID, LayerConfig()), atol=2e-4, rtol=1e-5)
+
+
+def test_what_stands_beside_a_block_is_no_ground_of_it() -> None:
+    """A hedge with ground before it, and something behind the hedge whose own ground is hidden."""
+    ground, hedge, behind = (0.5, 0.5, -0.7), (1.5, 0.5, 0.15), (2.5, 0.5, 0.32)
+    xyz = np.array([ground, hedge, behind], np.float32)
+    layers = layers_of(xyz, np.full(3, 100, np.float32), GRID, LayerConfig())
+    assert layers.points.sum() == 2, "hedge and what is behind"
 
 
 def test_a_scene_equals_a_loop_over_points() -> None:

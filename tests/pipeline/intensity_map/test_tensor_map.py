@@ -23,7 +23,7 @@ from navtool.pipeline.intensity_map.obstacles import cell_classes, find_obstacle
 from navtool.pipeline.intensity_map.tensor_map import TensorIntensityMap, TensorMap
 
 DEVICES = ["cpu", *(["cuda"] if torch.cuda.is_available() else [])]
-GOALS = [0.0, 0.7, -2.0, 3.0]
+GOALS = [0.0, 0.7, -2.0, 3.0, 1.5]
 
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
 
@@ -46,7 +46,7 @@ def clouds() -> list[SceneCloud]:
         Stand("beads", (1, -3), (-1, -3), 2.0),
     ]
     nothing = SceneCloud(np.zeros((0, 3), np.float32), np.zeros(0, np.float32))
-    return [random_cloud(0), scan_scene(scene, 1, 450), nothing, random_cloud(2, 900)]
+    return [random_cloud(0), scan_scene(scene, 1, 450), nothing, random_cloud(2, 900), random_cloud(3, 120)]
 
 
 def masks(cells: int) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
