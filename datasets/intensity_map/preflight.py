@@ -10,8 +10,11 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.intensity_map.config import SensorMapConfig
 from navtool.datasets.intensity_map.sweeps import Sweep, SweepSource
 from navtool.pipeline.arrays import Array
+from navtool.pipeline.intensity_map.config import ObstacleConfig
 from navtool.pipeline.intensity_map.intensity_check import judge_intensities
 
+SIMULATED = "simulated"
+"""Name of the preset that the threshold was measured with."""
 FIRST = 10
 """Sweeps that are judged together."""
 _MUCH = 0.5
@@ -54,13 +57,23 @@ def _notes(intensity: Float32[Array, " p"], clouds: int, config: SensorMapConfig
     full_scale, threshold = config.map.layers.full_scale, config.map.obstacles.threshold
     what = f"intensities: of the first {clouds} clouds"
     beyond = float((intensity > full_scale).mean())
-    if beyond > _MUCH:
-        return [f"{what}, {beyond:.0%} are above full_scale = {full_scale:g}: is sensor={config.sensor} the right one?"]
     share = float(intensity.max()) / full_scale
+    which = f"is sensor={config.sensor} the right one?"
+    if beyond > _MUCH:
+        return [f"{what}, {beyond:.0%} are above full_scale = {full_scale:g}: {which}"]
     if share <= threshold:
-        what = f"{what}, the largest is {share:.2f} R, below the threshold {threshold:g}: nothing will be solid"
-        return [f"{what}; is sensor={config.sensor} the right one?"]
+        below = f"the largest is {share:.2f} R, below the threshold {threshold:g}: nothing will be solid"
+        return [f"{what}, {below}; {which}"]
     return []
+
+
+def threshold_notes(config: SensorMapConfig) -> list[str]:
+    """What a user should know of a threshold that nobody has set."""
+    threshold = config.map.obstacles.threshold
+    if config.sensor == SIMULATED or threshold != ObstacleConfig().threshold:
+        return []
+    measured = f"the threshold {threshold:g} R was measured on the simulated sensor, not on {config.sensor!r}"
+    return [f"{measured}: fit it with `navtool fit intensity_threshold`"]
 
 
 def nothing_mapped(source: SweepSource, unusable: Mapping[str, int] | None = None) -> DatasetsError:

@@ -26,7 +26,7 @@ from navtool.datasets.intensity_map.output_folder import (
 from navtool.datasets.intensity_map.outputs import Outputs
 from navtool.datasets.intensity_map.page import write_page
 from navtool.datasets.intensity_map.place_truth import PlaceTruth, find_truth
-from navtool.datasets.intensity_map.preflight import judged, judged_first, nothing_mapped
+from navtool.datasets.intensity_map.preflight import judged, judged_first, nothing_mapped, threshold_notes
 from navtool.datasets.intensity_map.report import MapReport
 from navtool.datasets.intensity_map.scoring import Scoring
 from navtool.datasets.intensity_map.sweeps import Sweep, SweepSource
@@ -132,7 +132,7 @@ def map_run(
             scores={} if scoring is None else scoring.scores(),
             not_scored=0 if scoring is None else scoring.unplaced,
             files=outputs.written,
-            notes=[*source.notes, *notes, *mapper.notes(), *tally.notes],
+            notes=[*source.notes, *threshold_notes(config), *notes, *mapper.notes(), *tally.notes],
         )
         write_page(staging / "index.html", report, config, outputs.moments)
         write_json(staging / LINEAGE, {**lineage, "report": report.to_json()})

@@ -208,6 +208,17 @@ def test_a_data_set_without_intensities_is_refused_with_the_cure(
     assert "ingest that recording again" in str(raised.value.cure)
 
 
+def test_a_threshold_that_was_not_measured_on_the_sensor_is_told(
+    write_recording: Callable[..., Path], tmp_path: Path
+) -> None:
+    path = write_recording("mcap", intensity_drive(clouds=2))
+    told = "was measured on the simulated sensor, not on 'mine': fit it"
+    assert any(told in note for note in maps_of(path, tmp_path / "a", settings(sensor="mine")).notes)
+    fitted = replace(SMALL, obstacles=replace(SMALL.obstacles, threshold=0.4))
+    for number, config in enumerate((settings(), settings(sensor="mine", map=fitted))):
+        assert not any("was measured" in note for note in maps_of(path, tmp_path / f"{number}", config).notes)
+
+
 def test_a_mission_of_several_bags_is_one_run(write_recording: Callable[..., Path], tmp_path: Path) -> None:
     entries = intensity_drive()
     whole = maps_of(write_recording("ros1", intensity_drive(ros1=True)), tmp_path / "one")
