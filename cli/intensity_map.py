@@ -46,6 +46,9 @@ def intensity_map(
     for override in overrides:
         if override.startswith("sensor="):
             refuse_unknown("sensor", override.removeprefix("sensor="), "sensor preset")
+    if settings is not None and any(override.startswith("sensor=") for override in overrides):
+        cure = "leave sensor= out: the settings hold the scale of the sensor that they were fitted to"
+        raise UsageError("--settings and sensor= both name a sensor", where="intensity-map", cure=cure)
     job = job_with_robot("intensity_map", robot, [*settings_overrides(settings), *overrides], IntensityMapJob)
     if cfg is not None:
         print_config(job, cfg)
@@ -76,7 +79,8 @@ def print_maps(report: "MapReport") -> None:
     """The report for a person: what the maps show, what was left out, and where they lie."""
     from navtool.cli.console import console, print_notes, print_table
 
-    rows = ((name, report.maps_with[name], round(cells / max(report.maps, 1))) for name, cells in report.cells.items())
+    maps = max(report.maps, 1)
+    rows = ((name, report.maps_with[name], round(cells / maps)) for name, cells in report.cells.items())
     print_table("Cells", ("class", "maps with it", "cells a map"), rows)
     if report.scores:
         scored = ((name, score.precision, score.recall, score.f) for name, score in report.scores.items())
@@ -90,7 +94,7 @@ def print_maps(report: "MapReport") -> None:
     print_notes(report.notes)
     if report.done_before:
         print_notes([f"{report.out}: these maps are there already, of the same input and settings"])
-    made = f"{report.maps} maps of {report.clouds} clouds in {report.duration_s:.1f} s"
-    speed = "" if report.maps_per_s is None else f" in {report.seconds:.1f} s, {report.maps_per_s:.0f} a second"
+    made = f"{report.maps} maps of {report.clouds} clouds of {report.duration_s:.1f} s"
+    speed = "" if report.maps_per_s is None else f", made in {report.seconds:.1f} s, {report.maps_per_s:.0f} a second"
     files = ", ".join(f"{count} {name}" for name, count in report.files.items() if count)
     console().print(f"{made}{speed}; written: {files}; look at {report.out}/index.html", markup=False)

@@ -38,4 +38,4 @@ def _flat(content: Mapping[object, object], above: str, path: Path) -> Iterator[
         elif isinstance(value, str):
             yield f"{name}={quoted(value)}"
         else:
-            raise UsageError(f"{name} is {value!r}, wanted a number or a text", where=path, cure="correct it")
+            raise UsageError(f"{name} is {repr(value)[:60]}, wanted a number or a text", where=path, cure="correct it")

@@ -3,6 +3,8 @@
 import re
 from dataclasses import dataclass, field
 
+_TRUTH = "/ground_truth/"
+"""What a simulator knows and no sensor has measured."""
 _TRANSPORTS = re.compile(r"/(compressed|compressedDepth|theora|ffmpeg|zstd)$")
 
 
@@ -166,6 +168,8 @@ def name_score(stream: str, name: str) -> int | None:
     """
     hints = _HINTS[stream]
     text = name.lower()
+    if text.startswith(_TRUTH):
+        return None
     if hints.never and re.search(hints.never, text):
         return None
     if hints.needs and not re.search(hints.needs, text):

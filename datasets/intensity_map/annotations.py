@@ -5,16 +5,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
+from jaxtyping import Float64
 
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.from_plain import did_you_mean
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.obstacles import CellClass
 from navtool.pipeline.intensity_map.truth import Outline
 
 CLASSES = {what.name: what for what in (CellClass.solid, CellClass.pliable, CellClass.transparent)}
 """What an obstacle can be. What is not drawn is free."""
 _FAULTS_TOLD = 20
+_LEAST_M2 = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +101,15 @@ def _outline(entry: object, place: str, faults: list[str]) -> Outline | None:
         )
     if len(faults) > before:
         return None
+    if _area_m2(np.array(corners, np.float64)) < _LEAST_M2:
+        faults.append(f"{place}.outline_m has no area: its corners lie on a line")
+        return None
     return Outline(CLASSES[str(name)], np.array(corners, np.float64))
+
+
+def _area_m2(corners: Float64[Array, "k 2"]) -> float:
+    """Of the convex hull: an outline that crosses itself encloses something all the same."""
+    return float(cv2.contourArea(cv2.convexHull((corners - corners[0]).astype(np.float32))))
 
 
 def _is_corner(corner: object) -> bool:

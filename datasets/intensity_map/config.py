@@ -51,8 +51,6 @@ class OutputConfig:
         for name, value in every.items():
             if not 0 <= value <= 100_000:
                 raise ValueError(f"outputs.{name} = {value} is outside 0-100000; 0 writes none")
-        if not any(every.values()):
-            raise ValueError(f"outputs: all of {', '.join(every)} are 0: nothing would be written")
 
 
 @dataclass(kw_only=True, slots=True)

@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass, field
 
-from navtool.datasets.intensity_map.fit_threshold import Candidate, ThresholdFit
-from navtool.datasets.lineage import plain
+from navtool.datasets.intensity_map.fit_threshold import Candidate, ThresholdFit, ThresholdFitConfig
+from navtool.datasets.intensity_map.report import fields_of
+
+_WEAK_AREA = 0.75
+"""A curve with a smaller area is hardly worth a threshold."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,13 +51,31 @@ class FitReport:
 
     def to_json(self) -> dict[str, object]:
         """As plain values."""
-        found = plain(self)
-        return found if isinstance(found, dict) else {}
+        return fields_of(self)
 
 
 def tried(fit: ThresholdFit) -> list[Tried]:
     """All candidates of a fit in figures."""
     return [_tried(candidate) for candidate in fit.candidates]
+
+
+def doubts(fit: ThresholdFit, config: ThresholdFitConfig) -> list[str]:
+    """What speaks against a fit."""
+    best = fit.best
+    told = []
+    if best.curve.area < _WEAK_AREA:
+        area = f"the area under the curve is {best.curve.area:.2f}, where 0.5 is chance"
+        told.append(
+            f"{area}: intensities hardly tell solid from pliable, or the outlines lie elsewhere than the things"
+        )
+    for name, chosen, values in (
+        ("heights_m", best.height_m, config.heights_m),
+        ("ground_margins_m", best.ground_margin_m, config.ground_margins_m),
+    ):
+        edge = {min(values): "least", max(values): "largest"}.get(chosen)
+        if edge is not None and len(values) > 1:
+            told.append(f"of tried.{name}, the {edge} gains most ({chosen:g} m): try more")
+    return told
 
 
 def _tried(candidate: Candidate) -> Tried:

@@ -13,7 +13,7 @@ import yaml
 from navtool.datasets.errors import DatasetsError
 from navtool.datasets.files import write_bytes, write_json
 from navtool.datasets.intensity_map.config import SensorHeight, SensorMapConfig
-from navtool.datasets.intensity_map.fit_report import FitReport, tried
+from navtool.datasets.intensity_map.fit_report import FitReport, doubts, tried
 from navtool.datasets.intensity_map.fit_threshold import ThresholdFit, ThresholdFitConfig, ThresholdFitter
 from navtool.datasets.intensity_map.ground_height import height_above_ground
 from navtool.datasets.intensity_map.inputs import MapInput
@@ -22,6 +22,7 @@ from navtool.datasets.intensity_map.output_folder import (
     finished,
     lineage_content,
     refuse_other_output,
+    report_content,
     staged_output,
 )
 from navtool.datasets.intensity_map.place_truth import TRUTH_CURE, PlaceTruth, find_truth
@@ -96,7 +97,7 @@ def fit_intensity_threshold(
         unit = "R per square metre" if config.map.layers.reduction is Reduction.sum else "R"
         write_bytes(staging / PICTURE, roc_picture(fit, unit).encode())
         about = [chosen.about() for chosen in inputs]
-        write_json(staging / LINEAGE, {**lineage_content(KIND, identity, about), "report": report.to_json()})
+        write_json(staging / LINEAGE, {**lineage_content(KIND, identity, about), "report": report_content(report)})
     return replace(report, seconds=time.monotonic() - begun)
 
 
@@ -138,6 +139,7 @@ class _Run:
 
     def look_at(self, source: SweepSource, known: PlaceTruth, progress: Progress) -> None:
         base_lidar = np.eye(4) if source.calibration.base_lidar is None else source.calibration.base_lidar
+        known = known.in_odometry(source)
         sweeps, notes = judged_first(source, self._config)
         told = _Shares(progress, source.clouds)
         chosen = self._sampled(sweeps, told)
@@ -168,7 +170,7 @@ class _Run:
             cells=fit.cells,
             sensor_heights_m=self._heights_m,
             skipped=dict(self._skipped),
-            notes=self._notes,
+            notes=[*self._notes, *doubts(fit, self._config.tried)],
         )
 
     def _sampled(self, sweeps: Iterator[Sweep], told: "_Shares") -> Iterator[Sweep]:

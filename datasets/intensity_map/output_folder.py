@@ -10,9 +10,11 @@ from pathlib import Path
 from navtool.datasets.errors import DatasetsError, OutputError
 from navtool.datasets.files import read_json
 from navtool.datasets.from_plain import from_plain
+from navtool.datasets.intensity_map.report import fields_of
 
 LINEAGE = "lineage.json"
 """Name of the file that says what the output was made from, and what the run told."""
+_OF_THE_MOMENT = ("out", "seconds", "done_before")
 _CURE = "name another folder with --out, or remove this one"
 
 
@@ -48,9 +50,15 @@ def finished[T](out: Path, identity: Mapping[str, object], report: type[T]) -> T
         what = f"what is here was made with another {', '.join(key.replace('_', ' ') for key in differ)}"
         raise DatasetsError(what, where=out, cure=_CURE)
     told = found.get("report")
+    told = {**told, "out": out.as_posix()} if isinstance(told, dict) else {}
     names = {entry.name for entry in fields(report)}  # type: ignore[arg-type]
-    known = {key: value for key, value in told.items() if key in names} if isinstance(told, dict) else {}
+    known = {key: value for key, value in told.items() if key in names}
     return from_plain(report, known, where=out / LINEAGE)
+
+
+def report_content(report: object) -> dict[str, object]:
+    """A report as its lineage holds it: without what differs between equal runs."""
+    return {key: value for key, value in fields_of(report).items() if key not in _OF_THE_MOMENT}
 
 
 @contextmanager

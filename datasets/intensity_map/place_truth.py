@@ -11,11 +11,11 @@ from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.motion import Motion
 from navtool.datasets.intensity_map.annotations import Annotations, parse_annotations, read_annotations
 from navtool.datasets.intensity_map.inputs import MapInput
-from navtool.datasets.intensity_map.sweeps import Sweep, sensor_pose
+from navtool.datasets.intensity_map.sweeps import Sweep, SweepSource, sensor_pose
 from navtool.datasets.recording import Recording, open_recording
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GridConfig
-from navtool.pipeline.intensity_map.truth import truth_classes
+from navtool.pipeline.intensity_map.truth import Outline, truth_classes
 
 OBSTACLES_TOPIC, ODOMETRY_TOPIC = "/ground_truth/obstacles", "/ground_truth/odometry"
 """What a simulated recording knows of its place, and of the robot's own."""
@@ -28,7 +28,26 @@ class PlaceTruth:
 
     annotations: Annotations
     motion: Motion | None
-    """The robot's way in the outlines' frame; None where that is the frame of its odometry."""
+    """The robot's way in the outlines' frame; None where that is the frame of its odometry, or a fixed one."""
+
+    def in_odometry(self, source: SweepSource) -> "PlaceTruth":
+        """The same in the frame of a run's odometry, unless the robot's way among the outlines is known besides.
+
+        Raises:
+            DatasetsError: The outlines are in another frame, which no static transform joins with it.
+        """
+        frame, wanted = self.annotations.frame_id, source.odometry_frame
+        if self.motion is not None or frame.lstrip("/") == wanted.lstrip("/"):
+            return self
+        pose = source.calibration.recorded.tree.pose(wanted, frame)
+        if pose is None:
+            what = f"the outlines are in the frame {frame!r}, the odometry of {source.name} is in {wanted!r}"
+            cure = f"draw them in {wanted!r}, or record the static transform between the two"
+            raise DatasetsError(f"{what}, and no static transform joins them", cure=cure)
+        moved = tuple(
+            Outline(one.what, one.corners_m @ pose[:2, :2].T + pose[:2, 3]) for one in self.annotations.outlines
+        )
+        return PlaceTruth(Annotations(wanted, moved), None)
 
     def classes_around(
         self, sweep: Sweep, base_lidar: Float64[Array, "4 4"], grid: GridConfig

@@ -55,6 +55,8 @@ class RecordedSweeps(SweepSource):
         self.notes = [*(f"recovered: {fault}" for fault in recording.faults), *topics.notes, *self.notes]
         self.notes += _stream_notes(scan)
         self._recording = recording
+        if "odometry" in scan.streams:
+            self.odometry_frame = _frame_of(recording, scan.streams["odometry"].topic) or self.odometry_frame
         self._record_ns = scan.streams["lidar"].record_ns
         # A cloud without a usable stamp keeps the time of its record, as in a data set.
         self._stamps_ns = np.array(self._record_ns, dtype=np.int64)
@@ -71,6 +73,17 @@ class RecordedSweeps(SweepSource):
             yield Pending(stamp_ns, _reader(self._recording, raw))
         if next(expected, None) is not None:
             raise changed_meanwhile(self._recording.path)
+
+
+def _frame_of(recording: Recording, topic: str) -> str | None:
+    """The frame of the poses on a topic, by the first message that can be read; None where none tells it."""
+    for raw in recording.messages([topic]):
+        try:
+            sample = recording.decode(raw)
+        except DatasetsError:
+            continue
+        return getattr(sample, "frame_id", None)
+    return None
 
 
 def _reader(recording: Recording, raw: RawMessage) -> Callable[[], PointCloud]:

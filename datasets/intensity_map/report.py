@@ -54,5 +54,10 @@ class MapReport:
 
     def to_json(self) -> dict[str, object]:
         """As plain values."""
-        found = plain(self)
-        return {**(found if isinstance(found, dict) else {}), "maps_per_s": self.maps_per_s}
+        return {**fields_of(self), "maps_per_s": self.maps_per_s}
+
+
+def fields_of(report: object) -> dict[str, object]:
+    """The fields of a report as plain values."""
+    found = plain(report)
+    return found if isinstance(found, dict) else {}

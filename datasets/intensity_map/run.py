@@ -21,6 +21,7 @@ from navtool.datasets.intensity_map.output_folder import (
     finished,
     lineage_content,
     refuse_other_output,
+    report_content,
     staged_output,
 )
 from navtool.datasets.intensity_map.outputs import Outputs
@@ -38,6 +39,8 @@ from navtool.pipeline.intensity_map.glass_memory import GlassMemory
 from navtool.pipeline.intensity_map.mapper import IntensityMap, map_cloud
 from navtool.pipeline.intensity_map.obstacles import CellClass
 
+_PLANAR_M = 0.01
+"""A cloud whose heights differ by less is that of a planar scanner."""
 KIND = "navtool intensity maps"
 """What a lineage calls the output."""
 
@@ -98,7 +101,8 @@ def map_run(
     mapper = _Mapper(source, config)
     tally = _Tally(config)
     base_lidar = source.calibration.base_lidar
-    scoring = None if known is None else Scoring(known, np.eye(4) if base_lidar is None else base_lidar)
+    lidar = np.eye(4) if base_lidar is None else base_lidar
+    scoring = None if known is None else Scoring(known.in_odometry(source), lidar)
     with staged_output(out) as staging:
         # the thread beside is left before the files that it writes to are closed
         with Outputs(staging, source, config) as outputs, Background() as beside:
@@ -132,10 +136,17 @@ def map_run(
             scores={} if scoring is None else scoring.scores(),
             not_scored=0 if scoring is None else scoring.unplaced,
             files=outputs.written,
-            notes=[*source.notes, *threshold_notes(config), *notes, *mapper.notes(), *tally.notes],
+            notes=[
+                *source.notes,
+                *threshold_notes(config),
+                *notes,
+                *mapper.notes(),
+                *tally.told(),
+                *([] if scoring is None else scoring.notes()),
+            ],
         )
         write_page(staging / "index.html", report, config, outputs.moments)
-        write_json(staging / LINEAGE, {**lineage, "report": report.to_json()})
+        write_json(staging / LINEAGE, {**lineage, "report": report_content(report)})
     progress.advance(0, source.clouds - tally.maps - tally.skipped.total())
     progress.done(1, source.name)
     return replace(report, seconds=time.monotonic() - begun)
@@ -150,19 +161,25 @@ class _Mapper:
         self.alone = 0
         self._number = 0
         self._source, self._goal = source, config.goal
-        # without odometry there is no second look at the same place
-        self._alone_config = replace(self.config, glass=replace(self.config.glass, clouds=1))
+        self.planar = 0
+        self._planar_config = replace(self.config, layers=replace(self.config.layers, ground_margin_m=0.0))
 
     def map(self, sweep: Sweep) -> MappedSweep:
         """The map of the next sweep; one that odometry does not place stands alone."""
         goal_rad = goal_direction(self._source.motion, sweep.stamp_ns, sweep.odom_sensor, self._goal)
+        config = self.config
+        if np.ptp(sweep.xyz[:, 2]) < _PLANAR_M:
+            self.planar += 1
+            config = self._planar_config
         if sweep.odom_sensor is None:
             self.alone += 1
-            _, made = self._mapped(GlassMemory(), sweep, np.zeros(3), goal_rad, self._alone_config)
+            # without odometry there is no second look at the same place
+            once = replace(config, glass=replace(config.glass, clouds=1))
+            _, made = self._mapped(GlassMemory(), sweep, np.zeros(3), goal_rad, once)
         else:
-            self.memory, made = self._mapped(self.memory, sweep, sweep.odom_sensor, goal_rad, self.config)
+            self.memory, made = self._mapped(self.memory, sweep, sweep.odom_sensor, goal_rad, config)
         self._number += 1
-        return MappedSweep(self._number - 1, sweep, made, goal_rad, self.config)
+        return MappedSweep(self._number - 1, sweep, made, goal_rad, config)
 
     def notes(self) -> list[str]:
         """What a user should look at."""
@@ -170,6 +187,8 @@ class _Mapper:
         if self.height_from is SensorHeight.setting:
             height = f"map.layers.sensor_height_m = {self.config.layers.sensor_height_m:g} m"
             notes.append(f"height of the sensor above the ground: {height}, as set")
+        if self.planar:
+            notes.append(f"{self.planar} clouds lie in one level plane, which shows no ground: none is cut away there")
         if self.alone:
             left = "" if self._number == self.alone else f" for {self.alone} clouds"
             what = f"odometry does not tell the sensor's place{left}: each of these maps stands alone"
@@ -215,6 +234,13 @@ class _Tally:
         cells = np.bincount(mapped.classes.reshape(-1), minlength=len(CellClass))
         self.cells += cells
         self.maps_with += cells > 0
+
+    def told(self) -> list[str]:
+        """What a user should look at."""
+        if self.cells[1:].any():
+            return self.notes
+        what = "no point of any cloud lies in a layer of its map"
+        return [*self.notes, f"{what}: look at the sensor's height and mounting, map.grid and map.layers"]
 
 
 def _with_height(source: SweepSource, config: MapRunConfig) -> tuple[IntensityMapConfig, SensorHeight]:

@@ -27,6 +27,7 @@ class Scoring:
     def __init__(self, known: PlaceTruth, base_lidar: Float64[Array, "4 4"]) -> None:
         self._known, self._base_lidar = known, base_lidar
         self._counts = no_counts()
+        self._met = False
         self.unplaced = 0
         """Maps at moments when the robot's place among the outlines is not known."""
 
@@ -37,8 +38,15 @@ class Scoring:
         if truth is None:
             self.unplaced += 1
             return
+        self._met |= bool(truth.any())
         points = sort_points(sweep.xyz, sweep.intensity, grid, mapped.config.layers)
         self._counts += compare(mapped.classes, truth, observed_cells(points, grid))
+
+    def notes(self) -> list[str]:
+        """What a user should look at."""
+        if self._met:
+            return []
+        return ["truth: none of the outlines lies within a map: look at their frame, and whether they are in metres"]
 
     def scores(self) -> dict[str, ClassScore]:
         """By the names of `QUESTIONS`, with their tolerance of one cell."""

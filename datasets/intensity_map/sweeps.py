@@ -90,6 +90,7 @@ class SweepSource(ABC):
         notes: What a user should look at.
         skipped: Clouds without a sweep, by reason, of the iteration that ran last.
         config: What becomes of a cloud.
+        odometry_frame: In which the way is; ``odom`` where it is not told.
     """
 
     def __init__(
@@ -103,6 +104,7 @@ class SweepSource(ABC):
         self.name, self.topic = name, topic
         self.calibration, self.motion, self.config = calibration, motion, config
         self.clouds, self.duration_s = 0, 0.0
+        self.odometry_frame = "odom"
         self.notes: list[str] = []
         self.skipped: Counter[str] = Counter()
         if calibration.base_lidar is None:

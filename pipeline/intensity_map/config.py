@@ -176,6 +176,10 @@ class IntensityMapConfig:
     """How far the robot reaches around the sensor, in metres, above 0: there is no glass where it stands."""
 
     def __post_init__(self) -> None:
+        threshold, reduction = self.obstacles.threshold, self.layers.reduction
+        if threshold >= 1 and reduction is not Reduction.sum:
+            what = f"obstacles.threshold = {threshold:g} is not below 1, in units of R with reduction {reduction.value}"
+            raise ValueError(f"{what}: nothing would be solid")
         if not self.robot_radius_m > 0:
             raise ValueError(f"robot_radius_m = {self.robot_radius_m} m has to be above 0")
         if self.inflation.size_cells > self.grid.cells:

@@ -5,7 +5,7 @@ from jaxtyping import Float32
 
 from navtool.pipeline.arrays import Array
 
-_SATURATED, _FAINTEST = 0.95, 0.02
+_SATURATED, _FAINTEST = 0.99, 0.02
 
 
 def judge_intensities(intensity: Float32[Array, " p"], full_scale: float) -> str | None:
@@ -19,10 +19,10 @@ def judge_intensities(intensity: Float32[Array, " p"], full_scale: float) -> str
     if not known.size:
         return "no point has an intensity"
     largest = float(known.max())
-    if largest <= 0:
-        return "all intensities are 0: the driver does not fill them in"
     if float(known.min()) < 0:
         return f"the smallest intensity is {float(known.min()):g}: intensities are not negative"
+    if largest <= 0:
+        return "all intensities are 0: the driver does not fill them in"
     if not _FAINTEST * full_scale <= largest <= full_scale:
         return f"the largest intensity is {largest:g} where full_scale is {full_scale:g}: set the sensor's own scale"
     saturated = float((known >= full_scale).mean())

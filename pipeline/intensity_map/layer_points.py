@@ -10,9 +10,9 @@ from jaxtyping import Float32, Int64, UInt8
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import FlatLayers, GridConfig, LayerConfig
 
-HIGHEST_GROUND = 0.3
-"""Nothing that rises above the sensor by more than this share of its height is taken for ground: hills rise by a tenth
-of their distance and robots nod, so that ground 10 m away may be as high as the sensor and a little higher."""
+STEEPEST_GROUND = 0.12
+"""Nothing that rises above the ground of the robot by more than this share of its distance is ground: hills rise by
+a tenth and robots nod, so that ground 10 m away may be higher than the sensor, and ground 3 m away may not."""
 
 
 class Layer(IntEnum):
@@ -66,7 +66,7 @@ def sort_points(
     standing, share = place.take(near, axis=1), intensity.take(near)
     if config.ground_margin_m > 0:
         low = inside & (x > -half) & (y > -half) & (z > -np.inf)
-        low &= z < np.float32(HIGHEST_GROUND * config.sensor_height_m)
+        low &= z < np.float32(ground_limits(grid, config).max())
         ground = _ground(place.take(np.flatnonzero(low), axis=1), grid, config)
         raised = standing[2] > ground.take(_block(standing, grid)) + np.float32(config.ground_margin_m)
         if not raised.all():
@@ -115,6 +115,13 @@ def ground_blocks(grid: GridConfig) -> int:
     return int(np.ceil(2 * grid.half_m))
 
 
+def ground_limits(grid: GridConfig, config: LayerConfig) -> Float32[Array, "b b"]:
+    """What may be ground in each block lies lower, in metres above the sensor."""
+    middle = np.abs(np.arange(ground_blocks(grid), dtype=np.float32) + np.float32(0.5 - grid.half_m))
+    away = np.hypot(middle[:, None], middle[None, :])
+    return np.asarray(np.float32(STEEPEST_GROUND) * away - np.float32(config.sensor_height_m), np.float32)
+
+
 def _block(place: Float32[Array, "3 k"], grid: GridConfig) -> Int64[Array, " k"]:
     """The number of the block that points within the grid lie in."""
     blocks = ground_blocks(grid)
@@ -126,10 +133,10 @@ def _block(place: Float32[Array, "3 k"], grid: GridConfig) -> Int64[Array, " k"]
 def _ground(low: Float32[Array, "3 k"], grid: GridConfig, config: LayerConfig) -> Float32[Array, " b"]:
     """The ground in each block of 1 m: what is left of its lowest points when all that is narrower than 3 m is cut off.
 
-    Of the lowest points around (an erosion) the highest around (a dilation) is the ground: slopes stay as they are,
-    while blocks without a point on the ground get that of their neighbours. Blocks without any low point do not raise
-    it: behind a wall there is nothing lower than the wall. Where no point lies low enough to be ground, it is that
-    under the robot.
+    Of the lowest points around that are not too high for their distance (an erosion) the highest around (a dilation) is
+    the ground: slopes stay as they are, while blocks without a point on the ground get that of their neighbours. Blocks
+    without any such point do not raise it: behind a wall there is nothing lower than the wall. Where no point around
+    may be ground, it is that under the robot.
 
     Args:
         low: Points within the grid that may be ground.
@@ -140,6 +147,7 @@ def _ground(low: Float32[Array, "3 k"], grid: GridConfig, config: LayerConfig) -
     lowest = np.full(blocks * blocks, np.inf, np.float32)
     np.minimum.at(lowest, _block(low, grid), low[2])
     low_points = lowest.reshape(blocks, blocks)
+    low_points[low_points >= ground_limits(grid, config)] = np.inf
     # with blocks repeated beyond the edge, since OpenCV's own border is a finite number
     around = cv2.erode(low_points, _NEIGHBOURS, borderType=cv2.BORDER_REPLICATE)
     known = np.where(low_points == np.inf, np.float32(-np.inf), around)

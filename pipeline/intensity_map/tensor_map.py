@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from navtool.pipeline.intensity_map.config import FlatLayers, Inflation, IntensityMapConfig
-from navtool.pipeline.intensity_map.layer_points import HIGHEST_GROUND, Layer, ground_blocks
+from navtool.pipeline.intensity_map.layer_points import Layer, ground_blocks, ground_limits
 from navtool.pipeline.intensity_map.obstacles import TIE, CellClass
 from navtool.pipeline.scripting import no_type_check
 
@@ -39,6 +39,7 @@ class TensorIntensityMap(nn.Module):
     """
 
     from_above: Tensor
+    ground_limits: Tensor
 
     def __init__(self, config: IntensityMapConfig) -> None:
         super().__init__()
@@ -53,7 +54,6 @@ class TensorIntensityMap(nn.Module):
         self.level = _single(math.tan(layers.flat_rad) if self.angular else layers.flat_m)
         self.below = _single(math.tan(3 * layers.flat_rad) if self.angular else 3 * layers.flat_m)
         self.sensor_height_m = _single(layers.sensor_height_m)
-        self.highest_ground_m = _single(HIGHEST_GROUND * layers.sensor_height_m)
         self.ground_margin_m = _single(layers.ground_margin_m)
         self.of_full_scale = _single(1 / layers.full_scale)
         self.reduction = layers.reduction.value
@@ -70,6 +70,8 @@ class TensorIntensityMap(nn.Module):
         self.minor = inflation.minor_cells
         from_above = [int(Layer.upper), int(Layer.level), int(Layer.below), int(Layer.lower)]
         self.register_buffer("from_above", torch.tensor(from_above), persistent=False)
+        limits = torch.from_numpy(ground_limits(grid, layers))
+        self.register_buffer("ground_limits", limits, persistent=False)
 
     @no_type_check
     def forward(
@@ -119,7 +121,7 @@ class TensorIntensityMap(nn.Module):
         zero = torch.zeros_like(x)
         if self.ground_margin_m > 0:
             within = real & in_grid & (x > -half) & (y > -half)
-            low = within & (z < self.highest_ground_m) & z.isfinite()
+            low = within & (z < self.ground_limits.max()) & z.isfinite()
             bx, by = torch.where(in_grid, x, zero), torch.where(in_grid, y, zero)
             last = self.blocks - 1
             row, column = (bx + half).long().clamp(max=last), (by + half).long().clamp(max=last)
@@ -128,6 +130,7 @@ class TensorIntensityMap(nn.Module):
             depth = torch.where(low, z, torch.full_like(z, float("inf")))
             lowest = lowest.scatter_reduce(0, block.flatten(), depth.flatten(), "amin")
             lowest = lowest.view(batch, 1, self.blocks, self.blocks)
+            lowest = lowest.masked_fill(lowest >= self.ground_limits, float("inf"))
             around = -functional.max_pool2d(-lowest, 3, 1, 1)
             opened = functional.max_pool2d(torch.where(lowest.isinf(), -lowest, around), 3, 1, 1)
             nothing = torch.full_like(around, -self.sensor_height_m)

@@ -66,6 +66,13 @@ def test_files_that_are_no_settings(navtool: Callable[..., Any], tmp_path: Path,
     assert told in done.err
 
 
+def test_settings_hold_for_their_own_sensor(navtool: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "settings.yaml"
+    path.write_text("sensor: hesai\nmap: {obstacles: {threshold: 0.4}}\n")
+    done = navtool("intensity-map", "x.bag", "--settings", path, "sensor=vlp16", "--out", tmp_path / "out")
+    assert (done.code, "both name a sensor" in done.err) == (2, True)
+
+
 def test_calls_that_cannot_be_meant(
     navtool: Callable[..., Any], write_recording: Callable[..., Path], truth: Path, tmp_path: Path
 ) -> None:

@@ -70,6 +70,7 @@ def test_a_place_without_obstacles_is_free() -> None:
         (document(one(**{"class": "free"})), 'class is "free"'),
         (document(one(**{"class": ["solid"]})), "class is"),
         (document(one(outline_m=SQUARE[:2])), "wanted three corners"),
+        (document(one(outline_m=[[0, 0], [1, 1], [2, 2]])), "has no area"),
         (document(one(outline_m=[*SQUARE, [1]])), r"outline_m\[4\] is \[1\]"),
         (document(one(outline_m=[*SQUARE, [1, True]])), r"outline_m\[4\]"),
         (document(one(outline_m=[*SQUARE, [1, float("nan")]])), r"outline_m\[4\]"),

@@ -30,10 +30,11 @@ Write = Callable[..., Path]
 def truth(tmp_path: Path) -> Callable[..., Path]:
     """A factory of annotations: the left half and the right half of the wall."""
 
-    def write(left: str = "solid", right: str = "pliable") -> Path:
-        outlines = [{"class": left, "outline_m": LEFT}, {"class": right, "outline_m": RIGHT}]
-        path = tmp_path / f"{left}-{right}.json"
-        path.write_text(json.dumps({"frame_id": "odom", "obstacles": outlines}))
+    def write(left: str = "solid", right: str = "pliable", frame: str = "odom", aside_m: float = 0.0) -> Path:
+        halves = [(left, LEFT), (right, RIGHT)]
+        outlines = [{"class": what, "outline_m": [[x, y + aside_m] for x, y in half]} for what, half in halves]
+        path = tmp_path / f"{left}-{right}-{frame}.json"
+        path.write_text(json.dumps({"frame_id": frame, "obstacles": outlines}))
         return path
 
     return write
@@ -121,3 +122,26 @@ def test_one_kind_alone_has_no_threshold(
 def test_heights_that_cannot_be_tried(tried: dict[str, list[float]]) -> None:
     with pytest.raises(ValueError, match=r"heights_m|ground_margin_m|height_m"):
         ThresholdFitConfig(**tried)  # type: ignore[arg-type]
+
+
+def test_outlines_in_another_frame_are_moved_or_refused(
+    write_recording: Write, truth: Callable[..., Path], tmp_path: Path
+) -> None:
+    path = write_recording("mcap", intensity_drive())
+    with pytest.raises(DatasetsError, match=r"in the frame 'map', the odometry of .* is in 'odom'"):
+        fit(path, truth(frame="map"), tmp_path / "refused")
+    entries = intensity_drive()
+    (static,) = [fields for topic, *_, fields in entries if topic == "/tf_static"]
+    pose = {"translation": {"x": 0.0, "y": 20.0, "z": 0.0}, "rotation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+    header = {**static["transforms"][0]["header"], "frame_id": "map"}
+    static["transforms"].append({"header": header, "child_frame_id": "odom", "transform": pose})
+    joined = write_recording("mcap", entries, name="joined")
+    moved = fit(joined, truth(frame="map", aside_m=20.0), tmp_path / "moved")
+    assert moved.tried == fit(path, truth(), tmp_path / "plain").tried
+
+
+def test_what_speaks_against_a_fit_is_told(write_recording: Write, truth: Callable[..., Path], tmp_path: Path) -> None:
+    path = write_recording("mcap", intensity_drive())
+    wrong = fit(path, truth("pliable", "solid"), tmp_path / "fit", heights_m=[0.5, 0.6])
+    assert any("where 0.5 is chance" in note for note in wrong.notes)
+    assert any("of tried.heights_m" in note for note in wrong.notes)

@@ -21,7 +21,7 @@ from navtool.datasets.intensity_map.report import MapReport
 from navtool.datasets.intensity_map.run import intensity_maps
 from navtool.datasets.progress import Silent
 from navtool.datasets.robot import RobotConfig
-from navtool.pipeline.intensity_map.config import GridConfig, IntensityMapConfig
+from navtool.pipeline.intensity_map.config import GridConfig, IntensityMapConfig, ObstacleConfig
 from navtool.pipeline.intensity_map.obstacles import CellClass
 
 ARRAYS = OutputConfig(arrays_every=1, pictures_every=0, mcap_every=0, video_every=0)
@@ -349,15 +349,36 @@ def test_packets_of_a_vlp16_without_odometry(recordings: Path, tmp_path: Path) -
     assert report.maps_with["solid"] == report.maps_with["pliable"] == 4
 
 
-@pytest.mark.parametrize(
-    ("change", "fault"),
-    [
-        ({"arrays_every": -1}, "0 writes none"),
-        ({"arrays_every": 0, "pictures_every": 0, "mcap_every": 0, "video_every": 0}, "nothing would be written"),
-    ],
-)
-def test_outputs_out_of_range_are_refused(change: dict[str, int], fault: str) -> None:
-    with pytest.raises(ValueError, match=fault):
-        OutputConfig(**change)
+def test_settings_out_of_range_are_refused() -> None:
+    with pytest.raises(ValueError, match="0 writes none"):
+        OutputConfig(arrays_every=-1)
+    with pytest.raises(ValueError, match="threshold = 7 is not below 1"):
+        IntensityMapConfig(obstacles=ObstacleConfig(threshold=7.0))
     with pytest.raises(ValueError, match="largest_intensity = 100 is less than"):
         MapRunConfig(largest_intensity=100.0)
+
+
+def test_figures_alone_are_written_where_nothing_else_is_asked_for(
+    write_recording: Callable[..., Path], tmp_path: Path
+) -> None:
+    nothing = OutputConfig(arrays_every=0, pictures_every=0, mcap_every=0, video_every=0)
+    report = maps_of(write_recording("mcap", intensity_drive()), tmp_path / "maps", settings(outputs=nothing))
+    assert report.maps == 8
+    assert sorted(path.name for path in (tmp_path / "maps").iterdir()) == ["index.html", "lineage.json", "maps.csv"]
+
+
+def test_maps_without_a_point_are_told(write_recording: Callable[..., Path], tmp_path: Path) -> None:
+    little = IntensityMapConfig(grid=GridConfig(cells=16, cell_m=0.1))
+    path = write_recording("mcap", intensity_drive(clouds=2))
+    report = maps_of(path, tmp_path / "maps", settings(map=little))
+    assert any("no point of any cloud lies in a layer" in note for note in report.notes)
+
+
+def test_a_planar_scan_has_no_ground_to_cut_away(write_recording: Callable[..., Path], tmp_path: Path) -> None:
+    y, x = np.arange(-3.0, 3.0, 0.02), 8.0
+    wall = np.stack([x + 0 * y, y, 0 * y], axis=1)
+    planar = intensity_drive(clouds=3, seen=(wall, 240 + 0 * y), speed_mps=0.0)
+    wide = IntensityMapConfig(grid=GridConfig(cells=200, cell_m=0.1))
+    report = maps_of(write_recording("mcap", planar), tmp_path / "maps", settings(map=wide))
+    assert report.maps_with["solid"] == 3
+    assert any("3 clouds lie in one level plane" in note for note in report.notes)

@@ -15,7 +15,8 @@ from navtool.pipeline.intensity_map.intensity_check import judge_intensities
         ([-1, 100], "not negative"),
         ([0, 300], "full_scale"),
         ([0, 1], "full_scale"),
-        ([255] * 99 + [10], "saturated"),
+        ([255] * 199 + [10], "saturated"),
+        ([255] * 97 + [10] * 3, None),
         (list(range(256)), None),
     ],
 )

@@ -12,7 +12,7 @@ from intensity_scene import Stand, scan_scene
 from numpy.typing import NDArray
 
 from navtool.pipeline.intensity_map.config import FlatLayers, GridConfig, LayerConfig, Reduction
-from navtool.pipeline.intensity_map.layer_points import HIGHEST_GROUND, Layer, sort_points
+from navtool.pipeline.intensity_map.layer_points import STEEPEST_GROUND, Layer, sort_points
 from navtool.pipeline.intensity_map.layers import IntensityLayers, intensity_layers
 
 Cloud = NDArray[np.float32]
@@ -46,10 +46,13 @@ def naive_ground(xyz: list[list[float]], grid: GridConfig, config: LayerConfig) 
     """The highest of the lowest around of the lowest points of each block of 1 m: its ground, where it is known."""
     lowest: Blocks = {}
     for x, y, z in xyz:
-        low = math.isfinite(z) and z < HIGHEST_GROUND * config.sensor_height_m
-        if low and abs(x) < grid.half_m and abs(y) < grid.half_m:
+        if math.isfinite(z) and abs(x) < grid.half_m and abs(y) < grid.half_m:
             block = (math.floor(x + grid.half_m), math.floor(y + grid.half_m))
             lowest[block] = min(lowest.get(block, math.inf), z)
+    for row, column in list(lowest):
+        away = math.hypot(row + 0.5 - grid.half_m, column + 0.5 - grid.half_m)
+        if lowest[row, column] >= STEEPEST_GROUND * away - config.sensor_height_m:
+            del lowest[row, column]
     around = {block: min(neighbours(lowest, block)) for block in lowest}
     blocks = range(math.ceil(2 * grid.half_m))
     opened: Blocks = {}
@@ -127,10 +130,19 @@ def test_sparse_clouds_equal_a_loop_over_points(points: int) -> None:
 
 def test_what_stands_beside_a_block_is_no_ground_of_it() -> None:
     """A hedge with ground before it, and something behind the hedge whose own ground is hidden."""
-    ground, hedge, behind = (0.5, 0.5, -0.7), (1.5, 0.5, 0.15), (2.5, 0.5, 0.32)
+    ground, hedge, behind = (7.5, 0.5, -0.7), (8.5, 0.5, 0.25), (9.5, 0.5, 0.42)
     xyz = np.array([ground, hedge, behind], np.float32)
-    layers = layers_of(xyz, np.full(3, 100, np.float32), GRID, LayerConfig())
+    layers = layers_of(xyz, np.full(3, 100, np.float32), GridConfig(), LayerConfig())
     assert layers.points.sum() == 2, "hedge and what is behind"
+
+
+def test_what_is_seen_alone_is_no_ground_near_the_robot() -> None:
+    """A wall that one beam meets, with nothing below it: ground does not rise like that."""
+    for away_m, seen in ((2.0, True), (5.0, True), (9.0, False)):
+        y = np.linspace(-1, 1, 50, dtype=np.float32)
+        xyz = np.stack([np.full(50, away_m, np.float32), y, np.zeros(50, np.float32)], axis=1)
+        layers = layers_of(xyz, np.full(50, 200, np.float32), GridConfig(), LayerConfig())
+        assert layers.points.sum() == (50 if seen else 0)
 
 
 def test_a_scene_equals_a_loop_over_points() -> None:
