@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from navtool.cli.main import main
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -31,5 +33,19 @@ def navtool() -> Callable[..., Outcome]:
         )
         assert "Traceback" not in done.stderr, done.stderr
         return Outcome(done.returncode, done.stdout, done.stderr)
+
+    return run
+
+
+@pytest.fixture
+def navtool_here(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
+    """``navtool_here(*arguments) -> Outcome`` of the command in this process, which has loaded all already."""
+
+    def run(*arguments: object) -> Outcome:
+        monkeypatch.setattr(sys, "argv", ["navtool", *map(str, arguments)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        printed = capsys.readouterr()
+        return Outcome(int(left.value.code or 0), printed.out, printed.err)
 
     return run

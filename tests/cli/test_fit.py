@@ -23,27 +23,27 @@ def truth(tmp_path: Path) -> Path:
 
 
 def test_fitted_settings_make_maps_that_agree_with_the_annotations(
-    navtool: Callable[..., Any], write_recording: Callable[..., Path], truth: Path, tmp_path: Path
+    navtool_here: Callable[..., Any], write_recording: Callable[..., Path], truth: Path, tmp_path: Path
 ) -> None:
     bag, fit, maps = write_recording("mcap", intensity_drive()), tmp_path / "fit", tmp_path / "maps"
     every = ("tried.every_s=0.2", "tried.heights_m=[0.5,0.75]")
-    told = navtool("fit", "intensity_threshold", bag, *every, "--truth", truth, "--out", fit)
+    told = navtool_here("fit", "intensity_threshold", bag, *every, "--truth", truth, "--out", fit)
     assert told.code == 0, told.err
     assert "map.obstacles.threshold=" in told.out
     report = json.loads(
-        navtool("fit", "intensity_threshold", bag, *every, "--truth", truth, "--out", fit, "--json").out
+        navtool_here("fit", "intensity_threshold", bag, *every, "--truth", truth, "--out", fit, "--json").out
     )
     assert report["done_before"] is True
     drawn = ("outputs.mcap_every=0", "outputs.video_every=0", "outputs.arrays_every=0")
     options = ("--settings", fit / "settings.yaml", "--truth", truth, "--out", maps, "--json")
-    made = navtool("intensity-map", bag, *drawn, *options)
+    made = navtool_here("intensity-map", bag, *drawn, *options)
     assert made.code == 0, made.err
     scores = json.loads(made.out)["scores"]
     assert scores["solid"]["f"] > 0.9 < scores["pliable"]["f"]
     assert scores["transparent"] == {"precision": None, "recall": None, "f": None}
-    used = yaml.safe_load(navtool("intensity-map", "--settings", fit / "settings.yaml", "--cfg", "job").out)
+    used = yaml.safe_load(navtool_here("intensity-map", "--settings", fit / "settings.yaml", "--cfg", "job").out)
     assert used["map"]["obstacles"]["threshold"] == report["settings"]["obstacles.threshold"]
-    overridden = navtool(
+    overridden = navtool_here(
         "intensity-map", "--settings", fit / "settings.yaml", "map.obstacles.threshold=0.9", "--cfg", "job"
     )
     assert yaml.safe_load(overridden.out)["map"]["obstacles"]["threshold"] == 0.9
@@ -58,23 +58,23 @@ def test_fitted_settings_make_maps_that_agree_with_the_annotations(
         ("map: {grid: [1]}", "map.grid is"),
     ],
 )
-def test_files_that_are_no_settings(navtool: Callable[..., Any], tmp_path: Path, content: str, told: str) -> None:
+def test_files_that_are_no_settings(navtool_here: Callable[..., Any], tmp_path: Path, content: str, told: str) -> None:
     path = tmp_path / "settings.yaml"
     path.write_text(content)
-    done = navtool("intensity-map", "x.bag", "--settings", path, "--out", tmp_path / "out")
+    done = navtool_here("intensity-map", "x.bag", "--settings", path, "--out", tmp_path / "out")
     assert done.code == 2
     assert told in done.err
 
 
-def test_settings_hold_for_their_own_sensor(navtool: Callable[..., Any], tmp_path: Path) -> None:
+def test_settings_hold_for_their_own_sensor(navtool_here: Callable[..., Any], tmp_path: Path) -> None:
     path = tmp_path / "settings.yaml"
     path.write_text("sensor: hesai\nmap: {obstacles: {threshold: 0.4}}\n")
-    done = navtool("intensity-map", "x.bag", "--settings", path, "sensor=vlp16", "--out", tmp_path / "out")
+    done = navtool_here("intensity-map", "x.bag", "--settings", path, "sensor=vlp16", "--out", tmp_path / "out")
     assert (done.code, "both name a sensor" in done.err) == (2, True)
 
 
 def test_calls_that_cannot_be_meant(
-    navtool: Callable[..., Any], write_recording: Callable[..., Path], truth: Path, tmp_path: Path
+    navtool_here: Callable[..., Any], write_recording: Callable[..., Path], truth: Path, tmp_path: Path
 ) -> None:
     bag, out = write_recording("mcap", intensity_drive(clouds=2)), tmp_path / "out"
     verb = ("fit", "intensity_threshold")
@@ -87,9 +87,9 @@ def test_calls_that_cannot_be_meant(
         ((bag, "tried.heights_m=[]", "--out", out), "need one value at least"),
         ((bag, "--out", truth), "is a file"),
     ):
-        done = navtool(*verb, *arguments)
+        done = navtool_here(*verb, *arguments)
         assert (done.code, told in done.err) == (2, True), (arguments, done.err)
-    done = navtool(*verb, bag, "--out", out)
+    done = navtool_here(*verb, bag, "--out", out)
     assert done.code == 1
     assert "--truth" in done.err
     assert not out.exists()

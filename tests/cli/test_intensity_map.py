@@ -1,7 +1,6 @@
 """``navtool intensity-map`` as a user calls it."""
 
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 from intensity_drive import intensity_drive
 
-from navtool.cli.main import main
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.robot import RobotConfig
@@ -19,15 +17,12 @@ type Call = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def call(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
-    """``call(*arguments)``: the command in this process; its exit code and what it printed."""
+def call(navtool_here: Callable[..., Any]) -> Call:
+    """``call(*arguments)``: the command's exit code and what it printed."""
 
     def run(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["navtool", "intensity-map", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        printed = capsys.readouterr()
-        return int(left.value.code or 0), printed.out, printed.err
+        done = navtool_here("intensity-map", *arguments)
+        return done.code, done.out, done.err
 
     return run
 
