@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Int64, UInt8
+from jaxtyping import Bool, Float32, Int64, UInt8
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import FlatLayers, GridConfig, LayerConfig
@@ -60,20 +60,28 @@ def sort_points(
     x, y, z = place
     half = np.float32(grid.half_m)
     # with NaN all comparisons are false
-    inside = (x >= -half) & (x < half) & (y >= -half) & (y < half)
-    # numbers of points, not masks: numpy takes by number several times faster
-    near = np.flatnonzero(inside & (np.abs(z) <= np.float32(config.height_m)) & np.isfinite(intensity))
-    standing, share = place.take(near, axis=1), intensity.take(near)
+    inside = (x >= -half) & (x < half) & (y >= -half) & (y < half) & np.isfinite(z)
+    place, intensity = _taken(place, intensity, inside)
+    height = place[2]
+    chosen = (np.abs(height) <= np.float32(config.height_m)) & np.isfinite(intensity)
     if config.ground_margin_m > 0:
-        low = inside & (x > -half) & (y > -half) & (z > -np.inf)
-        low &= z < np.float32(ground_limits(grid, config).max())
-        ground = _ground(place.take(np.flatnonzero(low), axis=1), grid, config)
-        raised = standing[2] > ground.take(_block(standing, grid)) + np.float32(config.ground_margin_m)
-        if not raised.all():
-            index = np.flatnonzero(raised)
-            standing, share = standing.take(index, axis=1), share.take(index)
+        block = _block(place, grid)
+        ground = _ground(height, block, grid, config)
+        chosen &= height > ground.take(block) + np.float32(config.ground_margin_m)
+    standing, share = _taken(place, intensity, chosen)
     share = np.clip(share * np.float32(1 / config.full_scale), np.float32(0), np.float32(1))
     return LayerPoints(standing[0], standing[1], share, _layer_cells(standing, grid, config))
+
+
+def _taken(
+    place: Float32[Array, "3 p"], intensity: Float32[Array, " p"], chosen: Bool[Array, " p"]
+) -> tuple[Float32[Array, "3 k"], Float32[Array, " k"]]:
+    """The chosen points; where that is all of them, as they are."""
+    # numbers of points, not masks: numpy takes by number several times faster
+    index = np.flatnonzero(chosen)
+    if index.size == chosen.size:
+        return place, intensity
+    return place.take(index, axis=1), intensity.take(index)
 
 
 def cell_numbers(coordinate_m: Float32[Array, "*k"], grid: GridConfig) -> Int64[Array, "*k"]:
@@ -130,7 +138,9 @@ def _block(place: Float32[Array, "3 k"], grid: GridConfig) -> Int64[Array, " k"]
     return np.asarray((row * np.float32(blocks) + column).astype(np.int64))
 
 
-def _ground(low: Float32[Array, "3 k"], grid: GridConfig, config: LayerConfig) -> Float32[Array, " b"]:
+def _ground(
+    height: Float32[Array, " p"], block: Int64[Array, " p"], grid: GridConfig, config: LayerConfig
+) -> Float32[Array, " b"]:
     """The ground in each block of 1 m: what is left of its lowest points when all that is narrower than 3 m is cut off.
 
     Of the lowest points around that are not too high for their distance (an erosion) the highest around (a dilation) is
@@ -139,13 +149,14 @@ def _ground(low: Float32[Array, "3 k"], grid: GridConfig, config: LayerConfig) -
     may be ground, it is that under the robot.
 
     Args:
-        low: Points within the grid that may be ground.
+        height: z of points within the grid, finite.
+        block: The block of each.
         grid: Where the blocks lie.
         config: How high the sensor is.
     """
     blocks = ground_blocks(grid)
     lowest = np.full(blocks * blocks, np.inf, np.float32)
-    np.minimum.at(lowest, _block(low, grid), low[2])
+    np.minimum.at(lowest, block, height)
     low_points = lowest.reshape(blocks, blocks)
     low_points[low_points >= ground_limits(grid, config)] = np.inf
     # with blocks repeated beyond the edge, since OpenCV's own border is a finite number

@@ -120,8 +120,7 @@ class TensorIntensityMap(nn.Module):
         # what is not chosen is put in the middle, so that it can be counted among its cell's points as nothing
         zero = torch.zeros_like(x)
         if self.ground_margin_m > 0:
-            within = real & in_grid & (x > -half) & (y > -half)
-            low = within & (z < self.ground_limits.max()) & z.isfinite()
+            low = real & in_grid & z.isfinite()
             bx, by = torch.where(in_grid, x, zero), torch.where(in_grid, y, zero)
             last = self.blocks - 1
             row, column = (bx + half).long().clamp(max=last), (by + half).long().clamp(max=last)

@@ -46,7 +46,7 @@ def naive_ground(xyz: list[list[float]], grid: GridConfig, config: LayerConfig) 
     """The highest of the lowest around of the lowest points of each block of 1 m: its ground, where it is known."""
     lowest: Blocks = {}
     for x, y, z in xyz:
-        if math.isfinite(z) and abs(x) < grid.half_m and abs(y) < grid.half_m:
+        if math.isfinite(z) and all(-grid.half_m <= part < grid.half_m for part in (x, y)):
             block = (math.floor(x + grid.half_m), math.floor(y + grid.half_m))
             lowest[block] = min(lowest.get(block, math.inf), z)
     for row, column in list(lowest):
@@ -183,8 +183,9 @@ def test_cells_begin_at_their_lower_edges() -> None:
 
 def test_the_last_float_within_the_grid_is_in_the_last_cell() -> None:
     last = np.nextafter(np.float32(10), np.float32(0))
-    xyz = np.array([[last, last, 0.3], [last, last, -0.7], [last, 0, -0.7], [-10, -10, 0.3], [10, 0, 0.3]], np.float32)
-    points = layers_of(xyz, np.ones(5, np.float32), GridConfig(), LayerConfig()).points
+    ground = [[last, last, -0.7], [last, 0, -0.7], [-10, -10, -0.7]]
+    xyz = np.array([[last, last, 0.3], [-10, -10, 0.3], [10, 0, 0.3], *ground], np.float32)
+    points = layers_of(xyz, np.ones(6, np.float32), GridConfig(), LayerConfig()).points
     assert np.argwhere(points.sum(axis=0)).tolist() == [[0, 0], [199, 199]]
 
 
