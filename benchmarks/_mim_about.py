@@ -23,8 +23,9 @@ Intervals: F by drawing drives again (bootstrap), shares by Wilson, counts by Po
 people who judged obstacles in real places; its Glass-SLAM is the row of intensity peaks.
 
 Panes of 1 to 4 m stand in a room and are approached from 4 to 5 m away at 0.5 m/s, the robot's whole width against
-the pane. The distance is the sensor's from the pane along its way when the first cell in its way is transparent. A
-pane answers only where a beam meets it within 16 degrees of its normal: at an angle that may be beside the pane.
+the pane. The distance is the sensor's from the pane along its way when the first cell in its way, within 0.4 m of
+the pane, is transparent. A pane answers only where a beam meets it within 16 degrees of its normal: at an angle
+that may be beside the pane.
 
 False panes: patches of transparent cells in the odometry frame, half a metre apart from all before, in places without
 glass (mim_3 and mim_4), as many seeds from the first on as make ten minutes.

@@ -20,6 +20,8 @@ SPEED_MPS, ROBOT_M, FOUND_M = 0.5, 0.5, 1.5
 STARTS_M, AT_PANE_M, MOST_RAD = (4.0, 5.0), 0.9, np.radians(15.0)
 """Where the robot begins before the pane along its way, where the drive ends, and the angle to the pane's normal."""
 LENGTH_M, WIDTH_M = 14.0, 9.0
+AT_PANE_WITHIN_M = 0.4
+"""Cells farther than this from the pane, along the way, are not the pane's."""
 _APART_CELLS = 5
 
 
@@ -63,16 +65,18 @@ def approach(seed: list[int], angles_rad: tuple[float, float], config: Intensity
     memory = GlassMemory()
     for cloud in clouds(place, driven, seed[1]):
         memory, made = map_cloud(memory, cloud.xyz, cloud.intensity, cloud.odom_sensor, cloud.time_s, 0.0, config)
-        if in_way(made.transparent, config).any():
-            return Approach(half, angle, offset, float((np.array([x, 0.0]) - cloud.world_sensor[:2]) @ way))
+        away = float((np.array([x, 0.0]) - cloud.world_sensor[:2]) @ way)
+        if in_way(made.transparent, away, config).any():
+            return Approach(half, angle, offset, away)
     return Approach(half, angle, offset, 0.0)
 
 
-def in_way(transparent: NDArray[np.bool_], config: IntensityMapConfig) -> NDArray[np.bool_]:
-    """The transparent cells straight ahead, within half the robot's width of its way."""
+def in_way(transparent: NDArray[np.bool_], away_m: float, config: IntensityMapConfig) -> NDArray[np.bool_]:
+    """The transparent cells straight ahead, within half the robot's width of its way, where the pane truly is."""
     n, cell = config.grid.cells, config.grid.cell_m
     axis = (np.arange(n) + 0.5 - n / 2) * cell
-    way: NDArray[np.bool_] = (axis[:, None] > 0) & (np.abs(axis)[None, :] <= ROBOT_M / 2)
+    at_pane = np.abs(axis - away_m) <= AT_PANE_WITHIN_M
+    way: NDArray[np.bool_] = at_pane[:, None] & (np.abs(axis)[None, :] <= ROBOT_M / 2)
     return np.asarray(transparent & way)
 
 
