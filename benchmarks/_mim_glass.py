@@ -32,8 +32,6 @@ class Approach(NamedTuple):
     """Half the pane's length."""
     angle_rad: float
     """Between the robot's way and the pane's normal."""
-    offset_m: float
-    """From the pane's middle to where the way meets it."""
     found_m: float
     """How far the sensor was from the pane along its way when a cell in its way became transparent; 0 for never."""
 
@@ -67,8 +65,8 @@ def approach(seed: list[int], angles_rad: tuple[float, float], config: Intensity
         memory, made = map_cloud(memory, cloud.xyz, cloud.intensity, cloud.odom_sensor, cloud.time_s, 0.0, config)
         away = float((np.array([x, 0.0]) - cloud.world_sensor[:2]) @ way)
         if in_way(made.transparent, away, config).any():
-            return Approach(half, angle, offset, away)
-    return Approach(half, angle, offset, 0.0)
+            return Approach(half, angle, away)
+    return Approach(half, angle, 0.0)
 
 
 def in_way(transparent: NDArray[np.bool_], away_m: float, config: IntensityMapConfig) -> NDArray[np.bool_]:

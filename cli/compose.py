@@ -79,6 +79,17 @@ def refuse_unknown(group: str, name: str, what: str) -> None:
     raise UsageError(f"no {what} is called {name!r}{meant}", cure=f"known are {', '.join(known)}")
 
 
+def refuse_unknown_choices(group: str, overrides: Sequence[str], what: str) -> None:
+    """Refuse overrides such as ``sensor=vlp17`` that choose from a group what it does not have.
+
+    Raises:
+        UsageError: As `refuse_unknown`.
+    """
+    for override in overrides:
+        if override.startswith(f"{group}="):
+            refuse_unknown(group, override.removeprefix(f"{group}="), what)
+
+
 def to_typed[T](composed: object, result: type[T]) -> T:
     """A composed configuration as the dataclass behind it, whose own checks run now.
 

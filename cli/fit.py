@@ -41,7 +41,7 @@ def intensity_threshold(
     sensor=vlp16, hdl64, robosense, hesai, livox, ouster or simulated.
     """
     from navtool.cli.arguments import local_path, require_there, split_overrides
-    from navtool.cli.compose import UsageError, print_config, refuse_unknown, wrong_call
+    from navtool.cli.compose import UsageError, print_config, refuse_unknown_choices, wrong_call
     from navtool.cli.console import print_json
     from navtool.cli.progress import WorkProgress
     from navtool.cli.robots import job_with_robot
@@ -52,9 +52,7 @@ def intensity_threshold(
     from navtool.datasets.intensity_map.output_folder import refuse_other_output
 
     inputs, overrides = split_overrides(arguments or [])
-    for override in overrides:
-        if override.startswith("sensor="):
-            refuse_unknown("sensor", override.removeprefix("sensor="), "sensor preset")
+    refuse_unknown_choices("sensor", overrides, "sensor preset")
     job = job_with_robot("intensity_threshold", robot, overrides, IntensityThresholdJob)
     if cfg is not None:
         print_config(job, cfg)

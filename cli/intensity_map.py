@@ -31,7 +31,7 @@ def intensity_map(
     sensor: sensor=vlp16, hdl64, robosense, hesai, livox, ouster or simulated.
     """
     from navtool.cli.arguments import local_path, require_there, split_overrides
-    from navtool.cli.compose import UsageError, print_config, refuse_unknown, wrong_call
+    from navtool.cli.compose import UsageError, print_config, refuse_unknown_choices, wrong_call
     from navtool.cli.console import print_json
     from navtool.cli.progress import WorkProgress
     from navtool.cli.robots import job_with_robot
@@ -43,9 +43,7 @@ def intensity_map(
     from navtool.datasets.intensity_map.run import KIND, intensity_maps
 
     inputs, overrides = split_overrides(arguments or [])
-    for override in overrides:
-        if override.startswith("sensor="):
-            refuse_unknown("sensor", override.removeprefix("sensor="), "sensor preset")
+    refuse_unknown_choices("sensor", overrides, "sensor preset")
     if settings is not None and any(override.startswith("sensor=") for override in overrides):
         cure = "leave sensor= out: the settings hold the scale of the sensor that they were fitted to"
         raise UsageError("--settings and sensor= both name a sensor", where="intensity-map", cure=cure)

@@ -64,15 +64,13 @@ def simulation_config(overrides: Sequence[str]) -> "SimulationConfig":
     Raises:
         UsageError: There is no such scenario or robot, or another override is wrong.
     """
-    from navtool.cli.compose import UsageError, compose, refuse_unknown
+    from navtool.cli.compose import UsageError, compose, refuse_unknown_choices
     from navtool.sim.record.config import SimulationConfig
     from navtool.sim.record.rig import RobotKind
 
     robots = [override.removeprefix("robot=") for override in overrides if override.startswith("robot=")]
     others = [override for override in overrides if not override.startswith("robot=")]
-    for override in others:
-        if override.startswith("scenario="):
-            refuse_unknown("scenario", override.removeprefix("scenario="), "scenario")
+    refuse_unknown_choices("scenario", others, "scenario")
     config = compose("simulate", others, SimulationConfig)
     for robot in robots:  # Hydra would take it for one of the presets of ingest
         if robot not in RobotKind.__members__:

@@ -138,7 +138,6 @@ class _Run:
         self._notes: list[str] = []
 
     def look_at(self, source: SweepSource, known: PlaceTruth, progress: Progress) -> None:
-        base_lidar = np.eye(4) if source.calibration.base_lidar is None else source.calibration.base_lidar
         known = known.in_odometry(source)
         sweeps, notes = judged_first(source, self._config)
         told = _Shares(progress, source.clouds)
@@ -149,7 +148,7 @@ class _Run:
             if judged(sweep.intensity, self._config) is not None:
                 self._skipped["intensities cannot be used"] += 1
                 continue
-            truth = known.classes_around(sweep, base_lidar, self._config.map.grid)
+            truth = known.classes_around(sweep, source.base_lidar, self._config.map.grid)
             if truth is None:
                 self._skipped["the robot's place among the outlines is not known"] += 1
                 continue

@@ -19,6 +19,7 @@ from navtool.pipeline.intensity_map.truth import Outline, truth_classes
 
 OBSTACLES_TOPIC, ODOMETRY_TOPIC = "/ground_truth/obstacles", "/ground_truth/odometry"
 """What a simulated recording knows of its place, and of the robot's own."""
+_TEXT = "std_msgs/msg/String"
 TRUTH_CURE = "name annotations in the frame of its odometry with --truth; docs/annotations.md has the format"
 
 
@@ -79,8 +80,8 @@ def find_truth(chosen: MapInput, annotations: Path | None, odometry_gap_s: float
 
 
 def _recorded(recording: Recording, odometry_gap_s: float) -> PlaceTruth | None:
-    topics = {topic.name for topic in recording.topics if topic.count}
-    if OBSTACLES_TOPIC not in topics:
+    topics = {topic.name: topic.type for topic in recording.topics if topic.count}
+    if topics.get(OBSTACLES_TOPIC) != _TEXT:  # another recorder's topic of this name says something else
         return None
     if ODOMETRY_TOPIC not in topics:
         what = f"has {OBSTACLES_TOPIC}, but not {ODOMETRY_TOPIC}: where the robot is among them is not known"

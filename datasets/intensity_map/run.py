@@ -100,9 +100,7 @@ def map_run(
     sweeps, notes = judged_first(source, config)
     mapper = _Mapper(source, config)
     tally = _Tally(config)
-    base_lidar = source.calibration.base_lidar
-    lidar = np.eye(4) if base_lidar is None else base_lidar
-    scoring = None if known is None else Scoring(known.in_odometry(source), lidar)
+    scoring = None if known is None else Scoring(known.in_odometry(source), source.base_lidar)
     with staged_output(out) as staging:
         # the thread beside is left before the files that it writes to are closed
         with Outputs(staging, source, config) as outputs, Background() as beside:

@@ -113,6 +113,11 @@ class SweepSource(ABC):
             self.notes.append("odometry: there is none: points stay as measured, and nothing is known of the way")
 
     @property
+    def base_lidar(self) -> Float64[Array, "4 4"]:
+        """The pose of the sensor in the base frame; as if it were the base where nothing tells it."""
+        return np.eye(4) if self.calibration.base_lidar is None else self.calibration.base_lidar
+
+    @property
     def sensor_height_m(self) -> float | None:
         """Height of the sensor above the ground, where the recording or the robot's preset tells it; else None."""
         base_lidar, height = self.calibration.base_lidar, self.calibration.base_height_m
@@ -172,7 +177,7 @@ class SweepSource(ABC):
         if not kept.all():
             columns, intensity = columns.compress(kept, axis=1), intensity[kept]
             time_s = None if time_s is None else time_s[kept]
-        base_lidar = np.eye(4) if self.calibration.base_lidar is None else self.calibration.base_lidar
+        base_lidar = self.base_lidar
         sensor = base_lidar[:3, 3:].astype(np.float32)
         columns = base_lidar[:3, :3].astype(np.float32) @ columns
         if self.config.deskew and self.motion is not None and time_s is not None and time_s.size:

@@ -382,3 +382,12 @@ def test_a_planar_scan_has_no_ground_to_cut_away(write_recording: Callable[..., 
     report = maps_of(write_recording("mcap", planar), tmp_path / "maps", settings(map=wide))
     assert report.maps_with["solid"] == 3
     assert any("3 clouds lie in one level plane" in note for note in report.notes)
+
+
+def test_a_topic_of_the_truths_name_that_says_something_else_is_left_alone(
+    write_recording: Callable[..., Path], tmp_path: Path
+) -> None:
+    entries = intensity_drive(clouds=2)
+    entries.append(("/ground_truth/obstacles", "std_msgs/msg/Bool", entries[-1][2] + 1, {"data": True}))
+    report = maps_of(write_recording("mcap", entries), tmp_path / "maps")
+    assert (report.maps, report.scores) == (2, {})
