@@ -49,11 +49,14 @@ def test_the_threshold_lies_between_strong_and_weak(
     write_recording: Write, truth: Callable[..., Path], tmp_path: Path
 ) -> None:
     path = write_recording("mcap", intensity_drive())
-    report = fit(path, truth(), tmp_path / "fit", heights_m=[0.5, 0.75])
+    # 1.4 m above the ground nothing within 0.5 m of the sensor's height is left
+    report = fit(path, truth(), tmp_path / "fit", heights_m=[0.5, 0.75], ground_margins_m=[1.4, 0.2])
     assert WEAK < report.settings["obstacles.threshold"] < STRONG
     assert report.tried[0].gain == pytest.approx(1.0, abs=0.1)
     assert [one.gain for one in report.tried] == sorted((one.gain for one in report.tried), reverse=True)
-    assert len(report.tried) == 2 * 4
+    assert len(report.tried) == 2 * 2
+    assert report.tried[0].gain > report.tried[-1].gain + 0.1
+    assert report.settings["layers.ground_margin_m"] == 0.2
     assert report.cells["solid"] > 20 < report.cells["pliable"]
     assert report.sensor_heights_m == pytest.approx([HEIGHT_M])
     settings = yaml.safe_load((tmp_path / "fit" / "settings.yaml").read_text())["map"]
