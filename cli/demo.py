@@ -80,19 +80,17 @@ class Stages:
 
 
 def _record(stages: Stages, out: Path, seed: int, episodes: int, seconds: float) -> Recorded:
-    from navtool.cli.simulate import needs_sim, print_simulation, run_simulation, simulation_config
+    from navtool.cli.simulate import print_simulation, run_simulation, simulation_config
+    from navtool.sim.record.preview import contact_sheet_png
 
     settings = ["scenario=demo", f"drive.duration_s={seconds}", "drive.careful=0", "drive.mischief=0.7"]
     with stages.stage("record", "a careless robot drives about simulated places", out / "recordings") as folder:
         config = simulation_config(settings)
-        with needs_sim():
-            simulation = run_simulation(config, folder, episodes, seed, workers=2)
-            from navtool.sim.record.preview import contact_sheet_png
-
-            sheets = {
-                episode.plan.path: contact_sheet_png(config, seed, episode.plan.number)
-                for episode in simulation.episodes[:: config.episodes_per_place]
-            }
+        simulation = run_simulation(config, folder, episodes, seed, workers=2)
+        sheets = {
+            episode.plan.path: contact_sheet_png(config, seed, episode.plan.number)
+            for episode in simulation.episodes[:: config.episodes_per_place]
+        }
         print_simulation(simulation)
     return Recorded([folder / episode.plan.path for episode in simulation.episodes], sheets)
 

@@ -71,6 +71,13 @@ def main() -> None:
 
         print_error(str(error))
         sys.exit(2 if isinstance(error, UsageError) else 1)
+    except ModuleNotFoundError as error:
+        from navtool.cli.extras import missing_extra
+
+        if (refusal := missing_extra(error)) is None:
+            raise
+        print_error(str(refusal))
+        sys.exit(1)
     except SystemExit as left:
         if left.code == INTERRUPTED:
             print_error("interrupted; what was reported as done stays, run the same command again to go on")

@@ -1,7 +1,6 @@
 """``navtool simulate``."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,8 +9,6 @@ import typer
 if TYPE_CHECKING:
     from navtool.sim.record.config import SimulationConfig
     from navtool.sim.record.report import SimulationReport
-
-_EXTRA = ("embreex", "mujoco")
 
 
 def simulate(
@@ -33,6 +30,7 @@ def simulate(
     """
     from navtool.cli.compose import UsageError, print_config, wrong_call
     from navtool.cli.console import print_json
+    from navtool.sim.record.output_folder import refuse_other_folder
 
     config = simulation_config(overrides or [])
     if cfg is not None:
@@ -42,14 +40,11 @@ def simulate(
         raise UsageError("no folder was named", where="simulate", cure="pass --out FOLDER")
     if preview is not None and preview.suffix != ".png":
         raise UsageError("is not the name of a PNG", where=preview, cure="end --preview in .png")
-    with needs_sim():
-        from navtool.sim.record.output_folder import refuse_other_folder
-
-        with wrong_call():
-            refuse_other_folder(out)
-        report = run_simulation(config, out, episodes, seed, workers)
-        if preview is not None:
-            _draw(config, report, seed, preview)
+    with wrong_call():
+        refuse_other_folder(out)
+    report = run_simulation(config, out, episodes, seed, workers)
+    if preview is not None:
+        _draw(config, report, seed, preview)
     if as_json:
         print_json(report.to_json())
     else:
@@ -77,20 +72,6 @@ def simulation_config(overrides: Sequence[str]) -> "SimulationConfig":
             raise UsageError(f"no robot is called {robot!r}", cure=f"known are {', '.join(RobotKind.__members__)}")
         config.robot = RobotKind[robot]
     return config
-
-
-@contextmanager
-def needs_sim() -> Iterator[None]:
-    """Say which extra brings a library that is not installed."""
-    from navtool.pipeline.errors import NavtoolError
-
-    try:
-        yield
-    except ModuleNotFoundError as error:
-        package = (error.name or "").partition(".")[0]
-        if package not in _EXTRA:
-            raise
-        raise NavtoolError(f"{package} is not installed", cure="pip install 'navtool[sim]'") from error
 
 
 def run_simulation(config: "SimulationConfig", out: Path, episodes: int, seed: int, workers: int) -> "SimulationReport":

@@ -25,7 +25,7 @@ def text_array(values: Sequence[str]) -> pa.Array:
     return pa.Array.from_buffers(pa.string(), len(encoded), [None, pa.py_buffer(ends), pa.py_buffer(b"".join(encoded))])
 
 
-def nested_array(values: Shaped[Array, "n *shape"]) -> pa.Array:
+def nested_array(values: Shaped[Array, " n *shape"]) -> pa.Array:
     """One entry a row: a number, a list of numbers, a list of lists of them."""
     inner = number_array(values.reshape(-1))
     for axis in range(values.ndim - 1, 0, -1):

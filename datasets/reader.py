@@ -72,7 +72,7 @@ class NavDataset:
         self.features = features_of(self.description.contents)
         self._schema = arrow_schema(self.features)
         self.episodes = self._read_episodes()
-        self._columns: dict[str, Shaped[Array, rows * shape]] = {}
+        self._columns: dict[str, Shaped[Array, " rows *shape"]] = {}
         self._files: OrderedDict[int, pq.ParquetFile] = OrderedDict()
         self._last_group: tuple[tuple[int, int], Array] = (-1, -1), np.zeros((0, CLOUD_SIZE, 3), np.float32)
         self._videos: OrderedDict[int, _Video] = OrderedDict()
@@ -85,7 +85,7 @@ class NavDataset:
         """Number of rows over all episodes."""
         return self.episodes[-1].stop
 
-    def column(self, name: str) -> Shaped[Array, "rows *shape"]:
+    def column(self, name: str) -> Shaped[Array, " rows *shape"]:
         """A column over all rows, kept in memory; read-only. Clouds and frames are read one at a time instead.
 
         Raises:
@@ -241,7 +241,7 @@ class NavDataset:
             episodes.append(Episode(number, start, stop, str(made["source"]), str(made["place"])))
         return tuple(episodes)
 
-    def _read_column(self, episode: Episode, name: str) -> Shaped[Array, "rows *shape"]:
+    def _read_column(self, episode: Episode, name: str) -> Shaped[Array, " rows *shape"]:
         path = self.layout.data(episode.index)
         with _translated(path):
             table = self._data_file(episode).read(columns=[name], use_threads=False)

@@ -17,7 +17,7 @@ from navtool.pipeline.arrays import Array
 
 
 def rewrite_columns(
-    source: Path, out: Path, schema: pa.Schema, columns: Mapping[str, Shaped[Array, "rows *shape"]]
+    source: Path, out: Path, schema: pa.Schema, columns: Mapping[str, Shaped[Array, " rows *shape"]]
 ) -> None:
     """Write a data file again with some columns replaced, one row group at a time.
 

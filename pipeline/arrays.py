@@ -1,8 +1,14 @@
 """The array type inside the shape annotations."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from numpy.typing import NDArray
+import numpy as np
 
-Array = NDArray[Any]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[Any]
+else:
+    # NDArray[Any] is no class at run time from NumPy 2.5 on, and jaxtyping takes only classes.
+    Array = np.ndarray
 """A NumPy array of any dtype, for `Float64[Array, "n 3"]`: the annotation around it names dtype and shape."""

@@ -6,7 +6,7 @@ from jaxtyping import Float, Float64
 from navtool.pipeline.arrays import Array
 
 
-def symmetric_eigenvalues(upper: Float[Array, "6 *batch"]) -> Float64[Array, "3 *batch"]:
+def symmetric_eigenvalues(upper: Float[Array, " 6 *batch"]) -> Float64[Array, " 3 *batch"]:
     r"""The eigenvalues of symmetric 3x3 matrices in descending order, in closed form and float64.
 
     .. math::

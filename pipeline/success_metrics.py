@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Shaped
-from numpy.typing import NDArray
+
+from navtool.pipeline.arrays import Array
 
 
 @dataclass(kw_only=True, slots=True)
@@ -69,9 +70,9 @@ class SuccessMetrics:
 
 
 def success_metrics(
-    probability: Float[NDArray[np.floating], "n horizon"],
-    outcome: Shaped[NDArray[np.generic], "n horizon"],
-    known: Bool[NDArray[np.bool_], "n horizon"],
+    probability: Float[Array, "n horizon"],
+    outcome: Shaped[Array, "n horizon"],
+    known: Bool[Array, "n horizon"],
     config: SuccessMetricsConfig,
 ) -> SuccessMetrics:
     r"""Metrics over whole trajectories, over all steps and for each horizon step; unknown steps have no influence.
@@ -108,7 +109,7 @@ def success_metrics(
 
 
 def binary_metrics(
-    probability: Float[NDArray[np.floating], " n"], outcome: Bool[NDArray[np.bool_], " n"], config: SuccessMetricsConfig
+    probability: Float[Array, " n"], outcome: Bool[Array, " n"], config: SuccessMetricsConfig
 ) -> BinaryMetrics:
     """Metrics of n probabilities of the outcome True."""
     positives, negatives = int(outcome.sum()), int((~outcome).sum())
@@ -129,9 +130,7 @@ def binary_metrics(
     )
 
 
-def average_precision(
-    score: Float[NDArray[np.floating], " n"], positive: Bool[NDArray[np.bool_], " n"]
-) -> float | None:
+def average_precision(score: Float[Array, " n"], positive: Bool[Array, " n"]) -> float | None:
     r"""Area under the precision-recall steps; None where no sample is positive.
 
     .. math:: AP = \sum_i (R_i - R_{i-1}) P_i
@@ -149,9 +148,7 @@ def average_precision(
     return float(np.sum(gained / total * (hits / retrieved)))
 
 
-def expected_calibration_error(
-    probability: Float[NDArray[np.floating], " n"], outcome: Bool[NDArray[np.bool_], " n"], bins: int
-) -> float | None:
+def expected_calibration_error(probability: Float[Array, " n"], outcome: Bool[Array, " n"], bins: int) -> float | None:
     r"""Expected calibration error over bins of equal width, the last one closed; None without samples.
 
     .. math:: ECE = \sum_b \frac{n_b}{n} | \overline{p}_b - \overline{e}_b |
@@ -167,7 +164,7 @@ def _ratio(part: int, whole: int) -> float | None:
     return part / whole if whole else None
 
 
-def _check(probability: Float[NDArray[np.floating], " n"], outcome: Shaped[NDArray[np.generic], " n"]) -> None:
+def _check(probability: Float[Array, " n"], outcome: Shaped[Array, " n"]) -> None:
     outside = ~((probability >= 0.0) & (probability <= 1.0))
     if outside.any():
         raise ValueError(

@@ -26,7 +26,7 @@ from navtool.pipeline.geometry.transforms import quaternion_to_rpy, slerp, wrap_
 STANDSTILL_M = 0.5
 """An odometry whose twists are all zero while its poses move further than this does not measure speeds."""
 
-type Column = Shaped[Array, "ticks *shape"]
+type Column = Shaped[Array, " ticks *shape"]
 
 
 @dataclass(frozen=True, slots=True)

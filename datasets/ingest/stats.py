@@ -15,7 +15,7 @@ QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 _LEVELS = 256
 
 
-def column_stats(values: Shaped[Array, "rows *shape"]) -> Stats:
+def column_stats(values: Shaped[Array, " rows *shape"]) -> Stats:
     """Statistics over the rows of a numeric or bool column, one value per element of a row.
 
     Args:
@@ -147,7 +147,7 @@ def _merge(parts: Sequence[Stats]) -> Stats:
     counted = [part for part, count in zip(parts, counts, strict=True) if count > 0]
     weights = counts[counts > 0] / counts.sum()
 
-    def stacked(name: str) -> Num[Array, "episodes *shape"]:
+    def stacked(name: str) -> Num[Array, " episodes *shape"]:
         return np.array([part[name] for part in counted], dtype=np.float64)
 
     means = stacked("mean")

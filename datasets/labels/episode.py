@@ -22,7 +22,7 @@ from navtool.pipeline.arrays import Array
 class EpisodeLabels:
     """The label columns of an episode, and what the rules said."""
 
-    columns: dict[str, Shaped[Array, "rows *shape"]]
+    columns: dict[str, Shaped[Array, " rows *shape"]]
     rules: tuple[RuleResult, ...]
     speed_ratio: float | None
     """Distance by the poses over distance by the speeds; None where the robot hardly moves."""

@@ -58,12 +58,12 @@ def intensity_layers(points: LayerPoints, grid: GridConfig, config: LayerConfig)
 
 
 def _reduced(
-    total: Float32[Array, "4 *cells"],
-    points: Float32[Array, "4 *cells"],
-    largest: Float32[Array, "4 *cells"] | None,
+    total: Float32[Array, " 4 *cells"],
+    points: Float32[Array, " 4 *cells"],
+    largest: Float32[Array, " 4 *cells"] | None,
     config: LayerConfig,
     grid: GridConfig,
-) -> Float32[Array, "4 *cells"]:
+) -> Float32[Array, " 4 *cells"]:
     match config.reduction:
         case Reduction.sum:
             return np.asarray(total / np.float32(grid.cell_m * grid.cell_m))  # eq. 1

@@ -14,9 +14,9 @@ from navtool.sim.drive.failure import Failure
 class Measured(NamedTuple):
     """A stream of a robot's own sensors."""
 
-    time_s: Float64[Array, "k"]
+    time_s: Float64[Array, " k"]
     """When each sample was taken, from the drive's begin; increasing."""
-    values: Float64[Array, "k *shape"]
+    values: Float64[Array, " k *shape"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +26,7 @@ class Drive:
     All arrays of the truth have one entry a step; the steps are regular.
     """
 
-    time_s: Float64[Array, "n"]
+    time_s: Float64[Array, " n"]
     """From the drive's begin, the first entry is 0."""
     position_m: Float64[Array, "n 3"]
     """Of base_link."""
@@ -38,7 +38,7 @@ class Drive:
     """In the body's axes."""
     command: Float64[Array, "n 2"]
     """Speed in m/s and turn in rad/s that the driver asks for."""
-    intervention: Bool[Array, "n"]
+    intervention: Bool[Array, " n"]
     """Whether the operator frees the robot."""
     gait: tuple[tuple[float, str], ...] = ()
     """Of a robot with legs: from when on it goes in which gait."""
@@ -69,7 +69,7 @@ class Drive:
             failed |= (self.time_s >= failure.start_s) & (self.time_s < failure.end_s)
         return float(failed.mean())
 
-    def pose(self, time_s: Float64[Array, "m"]) -> Float64[Array, "m 4 4"]:
+    def pose(self, time_s: Float64[Array, " m"]) -> Float64[Array, "m 4 4"]:
         """The pose of base_link in the world at times: between steps on the shortest way, beyond the ends as there."""
         step_s = float(self.time_s[1])
         at = np.clip(time_s / step_s, 0.0, self.time_s.size - 1.0)

@@ -6,7 +6,7 @@ from jaxtyping import Bool
 from navtool.pipeline.arrays import Array
 
 
-def stretches(flags: Bool[Array, "n"], gap: float = 0.0) -> list[tuple[int, int]]:
+def stretches(flags: Bool[Array, " n"], gap: float = 0.0) -> list[tuple[int, int]]:
     """First and one past last index of each run of true; runs with fewer than ``gap`` others between them are one."""
     edges = np.diff(flags.astype(np.int8), prepend=0, append=0)
     runs: list[tuple[int, int]] = []

@@ -44,7 +44,7 @@ class BatteryConfig:
 
 def drawn_power(
     torque_nm: Float64[Array, "n joints"], rate_radps: Float64[Array, "n joints"], config: BatteryConfig
-) -> Float64[Array, "n"]:
+) -> Float64[Array, " n"]:
     """Return the power in W that the battery gives at each moment.
 
     Each motor draws what it puts into its joint; what a joint puts into its motor is lost but for the regenerated
@@ -57,8 +57,8 @@ def drawn_power(
 
 
 def current_and_voltage(
-    power_w: Float64[Array, "n"], step_s: float, config: BatteryConfig
-) -> tuple[Float64[Array, "n"], Float64[Array, "n"]]:
+    power_w: Float64[Array, " n"], step_s: float, config: BatteryConfig
+) -> tuple[Float64[Array, " n"], Float64[Array, " n"]]:
     """Return current in A (above 0 while discharging) and voltage in V that give a power, from a full battery on."""
     drawn_wh = np.cumsum(power_w) * step_s / 3600.0
     open_v = config.full_v - (config.full_v - config.empty_v) * np.minimum(drawn_wh / config.energy_wh, 1.0)

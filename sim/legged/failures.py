@@ -120,7 +120,7 @@ def _slid(samples: Samples, limits: FailureLimits) -> Bool[Array, "n 4"]:
     return np.asarray(loaded & (total - before > limits.slip_m))
 
 
-def _thrown(samples: Samples, limits: FailureLimits) -> Bool[Array, "n"]:
+def _thrown(samples: Samples, limits: FailureLimits) -> Bool[Array, " n"]:
     """Return when the body leans far from how it has been leaning."""
     turned = quaternion_to_rpy(samples.quaternion)
     span = round(limits.tilt_window_s / STEP_S)

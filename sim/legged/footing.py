@@ -14,19 +14,19 @@ from navtool.sim.errors import SimError
 class Grip:
     """How the ground holds and resists at n places."""
 
-    friction: Float64[Array, "n"]
+    friction: Float64[Array, " n"]
     """Coulomb's coefficient between foot and ground, above 0."""
-    stiffness_npm: Float64[Array, "n"]
+    stiffness_npm: Float64[Array, " n"]
     """Newtons for each metre that a foot sinks in; above 0. Its weight over this is how deep a foot stands."""
-    damping_nspm: Float64[Array, "n"]
+    damping_nspm: Float64[Array, " n"]
     """Newtons for each metre a second at which a foot sinks in or comes out; 0 or more. Much of it keeps the ground
     from springing back: the foot leaves before its print has filled up."""
-    drag_nspm2: Float64[Array, "n"]
+    drag_nspm2: Float64[Array, " n"]
     """What grows or lies there resists a limb with this force, in newtons for each metre of limb inside it and each
     metre a second across it; 0 on bare ground."""
-    cover_m: Float64[Array, "n"]
+    cover_m: Float64[Array, " n"]
     """How high it grows above the ground, 0 on bare ground."""
-    stems_n: Float64[Array, "n"]
+    stems_n: Float64[Array, " n"]
     """Bending stiffness of the stems that stand there: E I, summed over a square metre; 0 or more."""
 
 
@@ -49,7 +49,7 @@ class Footing(Protocol):
     def heights_m(self) -> Float64[Array, "rows columns"]:
         """World z; rows follow y, columns x."""
 
-    def grip_at(self, x_m: Float64[Array, "n"], y_m: Float64[Array, "n"]) -> Grip:
+    def grip_at(self, x_m: Float64[Array, " n"], y_m: Float64[Array, " n"]) -> Grip:
         """Return how the ground holds at places in the world."""
 
 

@@ -25,7 +25,7 @@ class Patch:
     cover_m: float = 0.0
     stems_n: float = 0.0
 
-    def grip_at(self, x_m: Float64[Array, "n"], y_m: Float64[Array, "n"]) -> Grip:  # noqa: ARG002 the same everywhere
+    def grip_at(self, x_m: Float64[Array, " n"], y_m: Float64[Array, " n"]) -> Grip:  # noqa: ARG002 the same everywhere
         """Return how the ground holds: the same everywhere."""
         values = (self.friction, self.stiffness_npm, self.damping_nspm, self.drag_nspm2, self.cover_m, self.stems_n)
         return Grip(*(np.full(x_m.shape, value) for value in values))

@@ -33,7 +33,7 @@ _STANDING_M = (0.0, 0.25, 0.41)
 """How high the lowest points of shanks, thighs and trunk are in a standing robot."""
 
 
-def standing_length_m(cover_m: Float64[Array, "n"]) -> Float64[Array, "n"]:
+def standing_length_m(cover_m: Float64[Array, " n"]) -> Float64[Array, " n"]:
     """Return how much of a standing robot's shanks, thighs and trunk is within a height above level ground, in m."""
     shank, thigh, trunk = (cover_m - low for low in _STANDING_M)
     legs = 4.0 * (np.clip(shank, 0.0, _LIMB_M) + np.clip(thigh, 0.0, _LIMB_M))

@@ -57,7 +57,7 @@ def leg_odometry(
     return np.stack([x, y, yaw, _smooth(level_x, step_s), _smooth(turn, step_s)], axis=-1)
 
 
-def _smooth(values: Float64[Array, "n"], step_s: float) -> Float64[Array, "n"]:
+def _smooth(values: Float64[Array, " n"], step_s: float) -> Float64[Array, " n"]:
     """Return the mean over the last moments."""
     span = max(1, round(2 * _LAG_S / step_s))
     padded = np.pad(values, (span - 1, 0), mode="edge")

@@ -38,19 +38,19 @@ class Samples:
     """How hard each foot presses against the ground."""
     command: Float64[Array, "n 2"]
     """Speed and turn asked for."""
-    freed: Bool[Array, "n"]
+    freed: Bool[Array, " n"]
     """Whether the operator frees the robot from what grows and lies there."""
     standing: Bool[Array, "n 4"]
     """Which feet the controller has on the ground."""
-    drag_n: Float64[Array, "n"]
+    drag_n: Float64[Array, " n"]
     """How hard plants and mud hold the legs and the body."""
-    stumbles: Int64[Array, "n"]
+    stumbles: Int64[Array, " n"]
     """How many steps were caught on something so far."""
-    obstacle: Int64[Array, "n"]
+    obstacle: Int64[Array, " n"]
     """Number of the obstacle that is touched, -1 for none."""
-    trunk_down: Bool[Array, "n"]
+    trunk_down: Bool[Array, " n"]
     """Whether the trunk lies on the ground."""
-    fallen: Bool[Array, "n"]
+    fallen: Bool[Array, " n"]
 
     def foot_m(self) -> Float64[Array, "n 4 3"]:
         """Return the feet's centres in the world, by leg."""

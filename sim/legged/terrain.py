@@ -66,7 +66,7 @@ class Terrain:
         plane = self._triangles[number]
         return np.asarray(plane[..., 0] + share[..., 0] * plane[..., 1] + share[..., 1] * plane[..., 2])
 
-    def contact(self, centre_m: Float64[Array, "n 3"], radius_m: Float64[Array, "n"]) -> Contact:
+    def contact(self, centre_m: Float64[Array, "n 3"], radius_m: Float64[Array, " n"]) -> Contact:
         """Return the plane that each ball meets first when it sinks.
 
         Of nine places under a ball, that counts at which the ground reaches highest into it, so that a foot rests on

@@ -23,7 +23,7 @@ class LeggedTrack:
     failures: tuple[Failure, ...]
 
     @property
-    def time_s(self) -> Float64[Array, "n"]:
+    def time_s(self) -> Float64[Array, " n"]:
         """Of each sample of the truth, since the reset."""
         return STEP_S * np.arange(len(self.truth.fallen))
 

@@ -52,7 +52,7 @@ class WorldFooting:
         self.cell_m = world.ground.cell_m
         self.heights_m = world.ground.heights_m
 
-    def grip_at(self, x_m: Float64[Array, "n"], y_m: Float64[Array, "n"]) -> Grip:
+    def grip_at(self, x_m: Float64[Array, " n"], y_m: Float64[Array, " n"]) -> Grip:
         """Return how the world holds at places."""
         ground = self._ground
         of_ground = surface_values("drag_per_m")[ground.surface_at(x_m, y_m)].astype(np.float64)
@@ -77,8 +77,8 @@ class WorldFooting:
 
 
 def _over(
-    plants: Obstacles, x_m: Float64[Array, "n"], y_m: Float64[Array, "n"]
-) -> tuple[Float64[Array, "n"], Float64[Array, "n"]]:
+    plants: Obstacles, x_m: Float64[Array, " n"], y_m: Float64[Array, " n"]
+) -> tuple[Float64[Array, " n"], Float64[Array, " n"]]:
     """Return how high the tallest plant at each place grows and the largest drag of one, 0 where there is none."""
     height, drag = np.zeros((2, *x_m.shape))
     for item in plants.items:

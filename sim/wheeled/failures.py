@@ -128,7 +128,7 @@ def _stumbles(samples: Samples, limits: FailureLimits) -> list[Failure]:
     return found
 
 
-def _leans(samples: Samples, limits: FailureLimits) -> Bool[Array, "n"]:
+def _leans(samples: Samples, limits: FailureLimits) -> Bool[Array, " n"]:
     """When the body is far from how it has been leaning."""
     lean = samples.rpy_rad[:, :2]
     span = round(limits.mean_s / STEP_S)

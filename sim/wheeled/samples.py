@@ -20,7 +20,7 @@ class Samples:
         return len(self.rows)
 
     @property
-    def time_s(self) -> Float64[Array, "n"]:
+    def time_s(self) -> Float64[Array, " n"]:
         """Since the reset."""
         return np.asarray(STEP_S * np.arange(len(self.rows)))
 
@@ -35,12 +35,12 @@ class Samples:
         return self.rows[:, 3:6]
 
     @property
-    def speed_mps(self) -> Float64[Array, "n"]:
+    def speed_mps(self) -> Float64[Array, " n"]:
         """Along the heading and the ground."""
         return self.rows[:, 6]
 
     @property
-    def turn_radps(self) -> Float64[Array, "n"]:
+    def turn_radps(self) -> Float64[Array, " n"]:
         """About the vertical."""
         return self.rows[:, 7]
 
@@ -60,12 +60,12 @@ class Samples:
         return self.rows[:, 13:15]
 
     @property
-    def power_w(self) -> Float64[Array, "n"]:
+    def power_w(self) -> Float64[Array, " n"]:
         """Drawn from the battery."""
         return self.rows[:, 15]
 
     @property
-    def lost_w(self) -> Float64[Array, "n"]:
+    def lost_w(self) -> Float64[Array, " n"]:
         """What drives and electronics turn into heat: the power drawn, less the work that the wheels do."""
         return self.rows[:, 16]
 
@@ -75,37 +75,37 @@ class Samples:
         return self.rows[:, 17:19]
 
     @property
-    def freed(self) -> Bool[Array, "n"]:
+    def freed(self) -> Bool[Array, " n"]:
         """Whether the operator frees it."""
         return np.asarray(self.rows[:, 19] > 0)
 
     @property
-    def obstacle(self) -> Int64[Array, "n"]:
+    def obstacle(self) -> Int64[Array, " n"]:
         """Number of the obstacle that it pushes against, -1 for none."""
         return self.rows[:, 20].astype(np.int64)
 
     @property
-    def held(self) -> Bool[Array, "n"]:
+    def held(self) -> Bool[Array, " n"]:
         """Whether something soft takes most of its speed."""
         return np.asarray(self.rows[:, 21] > 0)
 
     @property
-    def spins(self) -> Bool[Array, "n"]:
+    def spins(self) -> Bool[Array, " n"]:
         """Whether tyres slide under their drives."""
         return np.asarray(self.rows[:, 22] > 0)
 
     @property
-    def surface(self) -> Int64[Array, "n"]:
+    def surface(self) -> Int64[Array, " n"]:
         """Number of the surface under the wheel that rolls hardest."""
         return self.rows[:, 23].astype(np.int64)
 
     @property
-    def fallen(self) -> Bool[Array, "n"]:
+    def fallen(self) -> Bool[Array, " n"]:
         """Whether it has tipped over."""
         return np.asarray(self.rows[:, 24] > 0)
 
     @property
-    def aside_mps(self) -> Float64[Array, "n"]:
+    def aside_mps(self) -> Float64[Array, " n"]:
         """Across the heading, to the left: how contacts push it."""
         return self.rows[:, 25]
 

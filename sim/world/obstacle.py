@@ -53,7 +53,7 @@ class Obstacles:
         yaw = np.array([item.yaw_rad for item in self.items], np.float64)
         object.__setattr__(self, "_turn", np.stack([np.cos(yaw), np.sin(yaw)], axis=1).reshape(-1, 2))
 
-    def distances(self, x_m: Float[Array, "*p"], y_m: Float[Array, "*p"]) -> Float64[Array, "n *p"]:
+    def distances(self, x_m: Float[Array, "*p"], y_m: Float[Array, "*p"]) -> Float64[Array, " n *p"]:
         """The distance in metres of points from each outline, negative inside."""
         shape = (-1, *[1] * x_m.ndim)
         x, y, half_length, half_width, radius = (column.reshape(shape) for column in self._boxes.T)

@@ -100,6 +100,7 @@ def test_an_interrupt_at_any_moment_ends_in_one_line(
     out = tmp_path / "out"
     command = [NAVTOOL, "ingest", *bags, "--workers", workers, "--out", str(out)]
     moments = random.Random(0)  # noqa: S311 - no secret
+    ended = 0
     for number in range(INTERRUPTS):
         with begun(command) as process:
             while process.poll() is None and not (out / "navtool" / "staging").exists():
@@ -114,7 +115,9 @@ def test_an_interrupt_at_any_moment_ends_in_one_line(
             assert process.returncode == 130
             (line,) = [line for line in said.splitlines() if line.strip()]
             assert line.startswith("error: interrupted;")
+            ended += 1
         assert not (out / "navtool" / "staging").exists()
+    assert ended, "the first one is sent as soon as an episode is begun"
     assert_nothing_half_written(out, command, whole)
 
 

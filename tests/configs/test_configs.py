@@ -91,10 +91,9 @@ def test_the_papers_settings_are_the_defaults() -> None:
     ],
 )
 def test_wrong_overrides_say_what_is_wrong(overrides: list[str], said: str) -> None:
-    with pytest.raises(UsageError, match=r".*") as caught:
+    with pytest.raises(UsageError) as caught:
         compose("ingest", overrides, IngestJob)
-    assert said in str(caught.value)
-    assert "Traceback" not in str(caught.value)
+    assert said in caught.value.what + (caught.value.where or "")
 
 
 @pytest.mark.parametrize("value", ["plain", "with space", "it's", "a,b", "x=y", "{parent}", "back\\slash"])

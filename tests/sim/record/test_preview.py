@@ -11,8 +11,8 @@ from navtool.pipeline.arrays import Array
 from navtool.sim.drive.failure import Failure, FailureKind
 from navtool.sim.record.config import SimulationConfig
 from navtool.sim.record.drawing import PlaceMap, draw_cloud, surface_colours
-from navtool.sim.record.episode import plan_episode
-from navtool.sim.record.preview import MOMENTS, contact_sheet, moments
+from navtool.sim.record.episode import drive_episode, plan_episode, take_of
+from navtool.sim.record.preview import MOMENTS, contact_sheet, contact_sheet_png, moments
 from navtool.sim.record.stage import Stage
 from navtool.sim.record.streams import Take
 from navtool.sim.sensors.lidar import Scan
@@ -82,9 +82,12 @@ def test_every_surface_has_a_colour_of_its_own() -> None:
     assert len(kinds) == len(SURFACES) + 1
 
 
-def test_png_is_what_the_sheet_is(take_of: Callable[..., Take], tiny: Callable[..., SimulationConfig]) -> None:
-    sheet = contact_sheet(take_of(), plan_episode(tiny(), 0, 0))
-    png = cv2.imencode(".png", np.ascontiguousarray(sheet[..., ::-1]))[1]
-    back = cv2.imdecode(png, cv2.IMREAD_COLOR)
-    assert back is not None
-    np.testing.assert_array_equal(back[..., ::-1], sheet)
+def test_the_png_is_the_sheet_of_the_drive(tiny: Callable[..., SimulationConfig]) -> None:
+    config = tiny()
+    plan = plan_episode(config, 3, 1)
+    stage, drive = drive_episode(config, plan)
+    sheet = contact_sheet(take_of(config, plan, stage, drive), plan)
+    png = np.frombuffer(contact_sheet_png(config, 3, 1), np.uint8)
+    found = cv2.imdecode(png, cv2.IMREAD_COLOR)
+    assert found is not None
+    np.testing.assert_array_equal(found[..., ::-1], sheet, "red is red in the file too")

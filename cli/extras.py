@@ -1,0 +1,23 @@
+"""Which extra of navtool brings a library that is not installed."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from navtool.pipeline.errors import NavtoolError
+
+_EXTRAS = {
+    "train": ("lightning", "matplotlib", "safetensors", "tensorboard", "torch", "torchvision"),
+    "sim": ("embreex", "mujoco"),
+    "sweep": ("hydra_plugins", "joblib", "optuna"),
+}
+
+
+def missing_extra(error: ModuleNotFoundError) -> "NavtoolError | None":
+    """The error that names the extra to install; None where the module belongs to none of them."""
+    from navtool.pipeline.errors import NavtoolError
+
+    package = (error.name or "").partition(".")[0]
+    for extra, packages in _EXTRAS.items():
+        if package in packages:
+            return NavtoolError(f"{package} is not installed", cure=f"pip install 'navtool[{extra}]'")
+    return None
