@@ -17,7 +17,8 @@ def test_the_array_type_is_a_class_as_jaxtyping_wants_it() -> None:
 
 def test_shapes_stand_around_a_class() -> None:
     """``NDArray[...]`` is none from NumPy 2.5 on: a module that wraps it in a shape cannot be imported there."""
-    sources = [file for file in ROOT.glob("*/**/*.py") if file.relative_to(ROOT).parts[0][0] not in ".t"]
+    folders = [folder.parent for folder in ROOT.glob("*/*.py") if folder.parent.name not in ("build", "tests")]
+    sources = [source for folder in dict.fromkeys(folders) for source in folder.rglob("*.py")]
     assert len(sources) > 300
     wrapped = re.compile(r"\b(Float|Int|UInt|Bool|Shaped|Num|Real)[0-9]*\[NDArray")
     assert [file.name for file in sources if wrapped.search(file.read_text(encoding="utf-8"))] == []
