@@ -1,5 +1,6 @@
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float32
@@ -11,8 +12,9 @@ ROOT = Path(__file__).parents[2]
 
 def test_the_array_type_is_a_class_as_jaxtyping_wants_it() -> None:
     assert issubclass(Array, np.ndarray)
-    assert isinstance(np.zeros((2, 3), np.float32), Float32[Array, "n 3"])
-    assert not isinstance(np.zeros((2, 4), np.float32), Float32[Array, "n 3"])
+    points: Any = Float32[Array, "n 3"]
+    assert isinstance(np.zeros((2, 3), np.float32), points)
+    assert not isinstance(np.zeros((2, 4), np.float32), points)
 
 
 def test_shapes_stand_around_a_class() -> None:
