@@ -11,7 +11,7 @@ ONLY ?=
 # a process a core, each with one thread: two threads on a busy core wait for each other
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile
 # bytecode, as an installed package has it: starting takes half as long, also where Python is told to write none
-COMPILE = $(BIN)/python -m compileall -q cli configs datasets export pipeline sim train
+COMPILE = $(BIN)/python -m compileall -q base cli configs datasets export methods pipeline sim train
 # uv where it works already, else a private one
 UV = $(shell uv --version >/dev/null 2>&1 && echo uv || echo .uv/bin/uv)
 
@@ -35,7 +35,7 @@ $(VENV)/.installed: requirements.lock pyproject.toml
 check: setup ## format, lint, types and import contracts
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	rm -rf .check && $(UV) pip install --quiet --python $(BIN)/python --no-deps --target .check .
+	rm -rf .check build && $(UV) pip install --quiet --python $(BIN)/python --no-deps --target .check .
 	MYPYPATH=.check $(BIN)/mypy -p navtool
 	MYPYPATH=.check:benchmarks:tests/factories $(BIN)/mypy --explicit-package-bases tests benchmarks
 	PYTHONPATH=.check $(BIN)/lint-imports

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from navtool.datasets.intensity_map.ground_height import height_above_ground
-from navtool.datasets.intensity_map.recorded_sweeps import RecordedSweeps
-from navtool.datasets.intensity_map.sweeps import SweepConfig
 from navtool.datasets.recording import open_recording
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.methods.along.recorded_sweeps import RecordedSweeps
+from navtool.methods.along.sweeps import SweepConfig
+from navtool.methods.intensity_map.ground_height import height_above_ground
 
 ROOT = Path(__file__).resolve().parents[1]
 _SAME_M = 0.3

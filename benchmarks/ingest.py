@@ -16,7 +16,7 @@ from _report import Row, write_report
 from numpy.typing import NDArray
 
 from navtool.datasets.ingest.ingest import size_of
-from navtool.datasets.reader import NavDataset
+from navtool.datasets.store.reader import NavDataset
 
 NAVTOOL = str(Path(sys.executable).with_name("navtool"))
 GB = 1e9

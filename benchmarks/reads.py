@@ -12,9 +12,9 @@ from _report import Row, median_seconds, write_report
 
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
-from navtool.datasets.reader import NavDataset
-from navtool.datasets.robot import RobotConfig
-from navtool.datasets.schema import IMAGE_KEY, POINTS_KEY
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.store.reader import NavDataset
+from navtool.datasets.store.schema import IMAGE_KEY, POINTS_KEY
 
 BAR = 5.0
 

@@ -6,15 +6,15 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.ingest.natural import expand
 from navtool.datasets.ingest.plan import plan_episode
 from navtool.datasets.ingest.report import EpisodeSummary
-from navtool.datasets.inspect import Inspection, inspect_recording
+from navtool.datasets.inspect.inspection import Inspection, inspect_recording
 from navtool.datasets.recording import open_recording
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("bags", "lidar/nebula_vlp16")

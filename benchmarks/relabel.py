@@ -15,14 +15,14 @@ from _bags import write_bag
 from _report import Row, write_report
 
 from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.ingest.data_file import write_data
-from navtool.datasets.ingest.episode import EpisodeFolder
 from navtool.datasets.ingest.ingest import ingest
-from navtool.datasets.ingest.replace import entry_stats
-from navtool.datasets.ingest.store import open_store
-from navtool.datasets.reader import NavDataset
-from navtool.datasets.robot import RobotConfig
-from navtool.datasets.schema import IMAGE_KEY, POINTS_KEY
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.store.data_file import write_data
+from navtool.datasets.store.reader import NavDataset
+from navtool.datasets.store.replace import entry_stats
+from navtool.datasets.store.schema import IMAGE_KEY, POINTS_KEY
+from navtool.datasets.store.staged_episode import EpisodeFolder
+from navtool.datasets.store.writer import open_store
 
 NAVTOOL = str(Path(sys.executable).with_name("navtool"))
 ROWS = 37_000

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from navtool.pipeline.errors import NavtoolError
+from navtool.base.navtool_error import NavtoolError
 
 _CURE = "the command's `--cfg job` prints every key with its value"
 _CURE_STRAY = "set settings with KEY=VALUE; folders and files are named with options, see the command's `--help`"
@@ -178,8 +178,8 @@ def print_config(config: object, part: str) -> None:
     """
     import yaml
 
+    from navtool.base.lineage import plain
     from navtool.cli.console import console
-    from navtool.datasets.lineage import plain
 
     if part != "job":
         raise UsageError(f"--cfg {part}: there is only the job's configuration", cure="use --cfg job")

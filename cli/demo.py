@@ -28,9 +28,9 @@ def demo(
     Record, ingest, label, check, train, evaluate, export, verify, in a few minutes; OUT/report.html shows it with
     pictures. The recordings come from simulated places; everything after them is what real recordings go through.
     """
+    from navtool.base.files import write_bytes
     from navtool.cli.compose import UsageError
     from navtool.cli.console import console
-    from navtool.datasets.files import write_bytes
 
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UsageError("is not an empty folder", where=out, cure="choose another with --out, or remove it")
@@ -127,7 +127,7 @@ def _model(
     from navtool.cli.train import print_run
     from navtool.cli.verify import print_verification
     from navtool.configs.train_job import TrainJob
-    from navtool.datasets.reader import NavDataset
+    from navtool.datasets.store.reader import NavDataset
     from navtool.export.evaluate import evaluate_source
     from navtool.export.torchscript import export_run
     from navtool.export.verify import verify

@@ -35,7 +35,7 @@ class DemoReport:
 
     def page(self) -> str:
         """One HTML page with everything inside."""
-        from navtool.datasets.report.html import html_figure, html_page, html_table
+        from navtool.base.pages.html import html_figure, html_page, html_table
 
         total_s = sum(seconds for _, _, seconds, _ in self.stages)
         stages = [(name, does, f"{seconds:.1f} s", str(where)) for name, does, seconds, where in self.stages]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
-    from navtool.datasets.intensity_map.fit_report import FitReport
+    from navtool.methods.intensity_map.fit_report import FitReport
 
 fit = typer.Typer(
     name="fit",
@@ -40,6 +40,7 @@ def intensity_threshold(
     Writes settings.yaml for `navtool intensity-map --settings`, and the ROC curves. Choose the preset of the sensor:
     sensor=vlp16, hdl64, robosense, hesai, livox, ouster or simulated.
     """
+    from navtool.base.output_folder import refuse_other_output
     from navtool.cli.arguments import local_path, require_there, split_overrides
     from navtool.cli.compose import UsageError, print_config, refuse_unknown_choices, wrong_call
     from navtool.cli.console import print_json
@@ -47,9 +48,8 @@ def intensity_threshold(
     from navtool.cli.robots import job_with_robot
     from navtool.configs.intensity_threshold_job import IntensityThresholdJob
     from navtool.datasets.ingest.config import Merge
-    from navtool.datasets.intensity_map.fit_run import KIND, fit_intensity_threshold
-    from navtool.datasets.intensity_map.inputs import MapInput
-    from navtool.datasets.intensity_map.output_folder import refuse_other_output
+    from navtool.methods.along.source import MapInput
+    from navtool.methods.intensity_map.fit_run import KIND, fit_intensity_threshold
 
     inputs, overrides = split_overrides(arguments or [])
     refuse_unknown_choices("sensor", overrides, "sensor preset")

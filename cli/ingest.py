@@ -37,8 +37,8 @@ def ingest(
     from navtool.cli.progress import WorkProgress, fetching
     from navtool.cli.robots import ingest_job
     from navtool.datasets.ingest.ingest import ingest as run
-    from navtool.datasets.ingest.store import refuse_other_folder
     from navtool.datasets.recording.remote import default_cache, is_url, local_paths
+    from navtool.datasets.store.writer import refuse_other_folder
 
     paths, overrides = split_overrides(arguments or [])
     job = ingest_job(robot, overrides)

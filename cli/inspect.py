@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
-    from navtool.datasets.inspect import Inspection
+    from navtool.datasets.inspect.inspection import Inspection
 
 _ONE_TABLE_COLUMNS = 130
 """Width of a terminal in characters from which a topic's row takes everything without folding its name."""
@@ -34,8 +34,8 @@ def inspect(
     from navtool.cli.compose import UsageError
     from navtool.cli.console import console, print_json
     from navtool.cli.robots import find_robot
-    from navtool.datasets.inspect import inspect_recording, robot_from
-    from navtool.datasets.robot import save_robot_file
+    from navtool.datasets.inspect.inspection import inspect_recording, robot_from
+    from navtool.datasets.robot.config import save_robot_file
 
     require_folder_for(report, write_robot)
     if write_robot is not None and write_robot.exists():
@@ -46,9 +46,9 @@ def inspect(
     if write_robot is not None:
         save_robot_file(robot_from(base, inspection), write_robot)
     if report is not None:
-        from navtool.datasets.files import write_bytes
-        from navtool.datasets.report.page import recording_page
-        from navtool.datasets.report.samples import take_samples
+        from navtool.base.files import write_bytes
+        from navtool.datasets.inspect.page import recording_page
+        from navtool.datasets.inspect.samples import take_samples
 
         with console(error=True).status("drawing"):
             page = recording_page(inspection, take_samples(recording, inspection))

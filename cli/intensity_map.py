@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
-    from navtool.datasets.intensity_map.report import MapReport
+    from navtool.methods.intensity_map.report import MapReport
 
 
 def intensity_map(
@@ -30,6 +30,7 @@ def intensity_map(
     Writes arrays, pictures, an MCAP with occupancy grids and grid maps, a video and a page. Choose the preset of the
     sensor: sensor=vlp16, hdl64, robosense, hesai, livox, ouster or simulated.
     """
+    from navtool.base.output_folder import refuse_other_output
     from navtool.cli.arguments import local_path, require_there, split_overrides
     from navtool.cli.compose import UsageError, print_config, refuse_unknown_choices, wrong_call
     from navtool.cli.console import print_json
@@ -38,9 +39,8 @@ def intensity_map(
     from navtool.cli.settings_file import settings_overrides
     from navtool.configs.intensity_map_job import IntensityMapJob
     from navtool.datasets.ingest.config import Merge
-    from navtool.datasets.intensity_map.inputs import MapInput
-    from navtool.datasets.intensity_map.output_folder import refuse_other_output
-    from navtool.datasets.intensity_map.run import KIND, intensity_maps
+    from navtool.methods.along.source import MapInput
+    from navtool.methods.intensity_map.run import KIND, intensity_maps
 
     inputs, overrides = split_overrides(arguments or [])
     refuse_unknown_choices("sensor", overrides, "sensor preset")

@@ -5,6 +5,7 @@ import sys
 
 import typer
 
+from navtool.base.navtool_error import NavtoolError
 from navtool.cli.check import check
 from navtool.cli.console import print_error
 from navtool.cli.demo import demo
@@ -18,7 +19,6 @@ from navtool.cli.label import label
 from navtool.cli.simulate import simulate
 from navtool.cli.train import train
 from navtool.cli.verify import verify
-from navtool.pipeline.errors import NavtoolError
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C."""

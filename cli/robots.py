@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from navtool.configs.ingest_job import IngestJob
-    from navtool.datasets.robot import RobotConfig
+    from navtool.datasets.robot.config import RobotConfig
 
 
 def ingest_job(robot: str | None, overrides: Sequence[str]) -> "IngestJob":
@@ -28,9 +28,9 @@ def job_with_robot[T](config: str, robot: str | None, overrides: Sequence[str], 
     """
     import yaml
 
+    from navtool.base.lineage import plain
     from navtool.cli.compose import UsageError, compose, quoted, wrong_call
-    from navtool.datasets.lineage import plain
-    from navtool.datasets.robot import load_robot_file
+    from navtool.datasets.robot.config import load_robot_file
 
     for name in [robot, *(x.removeprefix("robot=") for x in overrides if x.startswith("robot="))]:
         _check_preset(name)

@@ -85,8 +85,8 @@ def run_simulation(config: "SimulationConfig", out: Path, episodes: int, seed: i
 
 def _draw(config: "SimulationConfig", report: "SimulationReport", seed: int, preview: Path) -> None:
     """Draw the first new episode in which something went wrong; without any, the first one."""
+    from navtool.base.files import write_bytes
     from navtool.cli.console import console
-    from navtool.datasets.files import write_bytes
     from navtool.sim.record.preview import contact_sheet_png
 
     troubled = [episode.plan.number for episode in report.episodes if episode.failures]

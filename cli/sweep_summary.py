@@ -7,8 +7,8 @@ from typing import Any
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
 
+from navtool.base.files import write_json
 from navtool.cli.console import console, print_table
-from navtool.datasets.files import write_json
 
 SUMMARY = "summary.json"
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, fields
 
 from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
 
 
 @dataclass(kw_only=True, slots=True)

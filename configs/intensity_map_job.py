@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field, fields
 
 from navtool.datasets.ingest.config import Merge
-from navtool.datasets.intensity_map.config import MapRunConfig
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.methods.intensity_map.config import MapRunConfig
 
 
 @dataclass(kw_only=True, slots=True)

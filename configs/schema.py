@@ -22,15 +22,15 @@ class Schema(NamedTuple):
 SCHEMAS: dict[str, tuple[Schema, ...]] = {
     "ingest": (
         Schema("ingest_schema", "navtool.configs.ingest_job:IngestJob"),
-        Schema("robot_schema", "navtool.datasets.robot:RobotConfig", "robot"),
+        Schema("robot_schema", "navtool.datasets.robot.config:RobotConfig", "robot"),
     ),
     "intensity_map": (
         Schema("intensity_map_schema", "navtool.configs.intensity_map_job:IntensityMapJob"),
-        Schema("robot_schema", "navtool.datasets.robot:RobotConfig", "robot"),
+        Schema("robot_schema", "navtool.datasets.robot.config:RobotConfig", "robot"),
     ),
     "intensity_threshold": (
         Schema("intensity_threshold_schema", "navtool.configs.intensity_threshold_job:IntensityThresholdJob"),
-        Schema("robot_schema", "navtool.datasets.robot:RobotConfig", "robot"),
+        Schema("robot_schema", "navtool.datasets.robot.config:RobotConfig", "robot"),
     ),
     "label": (Schema("label_schema", "navtool.datasets.labels.config:LabelConfig"),),
     "simulate": (

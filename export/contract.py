@@ -1,6 +1,6 @@
 """What an exported GrASPE network takes and gives."""
 
-from navtool.datasets.schema import CLOUD_SIZE
+from navtool.datasets.store.schema import CLOUD_SIZE
 from navtool.export.manifest import TensorSpec
 from navtool.train.config import TrainConfig
 

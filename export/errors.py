@@ -1,6 +1,6 @@
 """The error of the export package."""
 
-from navtool.pipeline.errors import NavtoolError
+from navtool.base.navtool_error import NavtoolError
 
 
 class ExportError(NavtoolError):

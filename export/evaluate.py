@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.files import write_json
-from navtool.datasets.from_plain import from_plain
-from navtool.datasets.reader import NavDataset
+from navtool.base.errors import DatasetsError
+from navtool.base.files import write_json
+from navtool.base.from_plain import from_plain
+from navtool.datasets.store.reader import NavDataset
 from navtool.export.artefact import open_artefact
 from navtool.export.errors import ExportError
 from navtool.export.manifest import MANIFEST

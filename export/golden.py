@@ -9,9 +9,9 @@ import safetensors.torch
 import torch
 from torch import Tensor
 
-from navtool.datasets.reader import NavDataset
+from navtool.base.navtool_error import NavtoolError
+from navtool.datasets.store.reader import NavDataset
 from navtool.export.manifest import TensorSpec
-from navtool.pipeline.errors import NavtoolError
 from navtool.train.checkpoint import LoadedRun
 from navtool.train.datamodule import sample_loader
 from navtool.train.errors import TrainError

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 from typing import Any
 
-from navtool.datasets.lineage import plain
+from navtool.base.lineage import plain
 from navtool.export.errors import ExportError
 
 MANIFEST = "manifest.json"

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import torch
 
-from navtool.datasets.files import write_json
-from navtool.datasets.lineage import code_version, file_sha256, plain
+from navtool.base.files import write_json
+from navtool.base.lineage import code_version, file_sha256, plain
 from navtool.export.artefact import KIND, MODEL
 from navtool.export.contract import METHODS, graspe_inputs, graspe_outputs
 from navtool.export.errors import ExportError

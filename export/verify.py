@@ -9,14 +9,14 @@ from typing import Any
 import safetensors.torch
 import torch
 
-from navtool.datasets.lineage import plain
+from navtool.base.lineage import plain
+from navtool.base.navtool_error import NavtoolError
 from navtool.export import model_checks
 from navtool.export.artefact import KIND, MODEL, check_files
 from navtool.export.golden import GOLDEN
 from navtool.export.manifest import Manifest, read_manifest
 from navtool.export.model_checks import CheckFailed, Subject, spec_fault
 from navtool.export.scripted import load_scripted, told_by_script
-from navtool.pipeline.errors import NavtoolError
 
 VERIFY_SCHEMA = 1
 """Raised whenever the JSON form of a report changes its meaning."""

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import torch
 
-from navtool.datasets.lineage import config_hash
+from navtool.base.lineage import config_hash
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
 from navtool.train.graspe.graspe import Graspe

@@ -1,6 +1,6 @@
 """The error of the train package."""
 
-from navtool.pipeline.errors import NavtoolError
+from navtool.base.navtool_error import NavtoolError
 
 
 class TrainError(NavtoolError):

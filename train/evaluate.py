@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import torch
 
-from navtool.datasets.files import write_json
-from navtool.datasets.lineage import plain
-from navtool.datasets.reader import NavDataset
+from navtool.base.files import write_json
+from navtool.base.lineage import plain
+from navtool.datasets.store.reader import NavDataset
 from navtool.pipeline.success_metrics import BinaryMetrics, SuccessMetrics, success_metrics
 from navtool.train.checkpoint import load_run
 from navtool.train.config import Device, TrainConfig

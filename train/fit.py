@@ -10,7 +10,7 @@ import torch
 from lightning.pytorch.callbacks import LearningRateMonitor, RichProgressBar
 from lightning.pytorch.loggers import TensorBoardLogger
 
-from navtool.datasets.lineage import plain
+from navtool.base.lineage import plain
 from navtool.train.config import Precision, TrainConfig
 from navtool.train.datamodule import NavDataModule
 from navtool.train.errors import TrainError

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from navtool.datasets.reader import NavDataset
+from navtool.datasets.store.reader import NavDataset
 from navtool.train.checkpoint import load_run
 from navtool.train.config import Device
 from navtool.train.datamodule import sample_loader

@@ -1,6 +1,6 @@
 """Whether and where a run may begin, or go on."""
 
-from navtool.datasets.lineage import plain
+from navtool.base.lineage import plain
 from navtool.train.checkpoint import check_stamp, read_checkpoint
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError

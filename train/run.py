@@ -7,7 +7,7 @@ from pathlib import Path
 
 import torch
 
-from navtool.datasets.reader import NavDataset
+from navtool.datasets.store.reader import NavDataset
 from navtool.train.checkpoint import checkpoint_stamp, load_run
 from navtool.train.config import TrainConfig
 from navtool.train.datamodule import NavDataModule

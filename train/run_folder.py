@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from navtool.datasets.files import read_json, write_json
-from navtool.datasets.from_plain import from_plain
-from navtool.datasets.lineage import plain
+from navtool.base.files import read_json, write_json
+from navtool.base.from_plain import from_plain
+from navtool.base.lineage import plain
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
 

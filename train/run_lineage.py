@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from navtool.datasets.lineage import code_version, config_hash, plain
-from navtool.datasets.reader import NavDataset
+from navtool.base.lineage import code_version, config_hash, plain
+from navtool.datasets.store.reader import NavDataset
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
 from navtool.train.source import NavSource

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 from torch.utils.data import Dataset
 
-from navtool.datasets.schema import CLOUD_SIZE
+from navtool.datasets.store.schema import CLOUD_SIZE
 from navtool.train.painter import painter_of
 from navtool.train.row_cache import SampleCaches
 from navtool.train.source import NavSource, column_or

@@ -1,4 +1,4 @@
-"""What training needs of a data set; ``navtool.datasets.reader.NavDataset`` offers it, and so may any other store."""
+"""What training needs of a data set: `navtool.datasets.store.reader.NavDataset` offers it, as may any other store."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol

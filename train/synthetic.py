@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from navtool.datasets.calibration import Calibration
-from navtool.datasets.reader import Episode
-from navtool.datasets.recorded_geometry import RecordedGeometry
-from navtool.datasets.schema import CLOUD_SIZE, HORIZON_STEPS, IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX
+from navtool.datasets.robot.calibration import Calibration
+from navtool.datasets.robot.recorded_geometry import RecordedGeometry
+from navtool.datasets.store.reader import Episode
+from navtool.datasets.store.schema import CLOUD_SIZE, HORIZON_STEPS, IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX
 from navtool.pipeline.geometry.camera import CameraModel
 
 _TILT = (np.cos(0.5), np.sin(0.5))

@@ -4,10 +4,10 @@ import av
 import numpy as np
 from jaxtyping import Bool
 
+from navtool.base.lineage import file_sha256
 from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, runs, short
-from navtool.datasets.lineage import file_sha256
-from navtool.datasets.reader import NavDataset
-from navtool.datasets.schema import (
+from navtool.datasets.store.reader import NavDataset
+from navtool.datasets.store.schema import (
     CLOUD_RELIABILITY_KEYS,
     CLOUD_SIZE,
     COUNT_KEY,

@@ -4,11 +4,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from navtool.base.errors import DatasetsError
+from navtool.base.files import read_json
 from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, short
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.files import read_json
-from navtool.datasets.reader import NavDataset
-from navtool.datasets.schema import TIMESTAMP_NS_KEY, arrow_schema
+from navtool.datasets.store.reader import NavDataset
+from navtool.datasets.store.schema import TIMESTAMP_NS_KEY, arrow_schema
 
 
 def check_metadata(dataset: NavDataset) -> Findings:

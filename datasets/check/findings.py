@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool
 
-from navtool.datasets.lineage import plain
-from navtool.datasets.reader import Episode, NavDataset
+from navtool.base.lineage import plain
+from navtool.datasets.store.reader import Episode, NavDataset
 from navtool.pipeline.arrays import Array
 
 

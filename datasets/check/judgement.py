@@ -3,7 +3,7 @@
 import numpy as np
 
 from navtool.datasets.check.findings import Findings, Severity, name_of
-from navtool.datasets.reader import NavDataset
+from navtool.datasets.store.reader import NavDataset
 
 RARE_SHARE = 0.01
 """Outcomes rarer than this are hard to learn."""

@@ -7,8 +7,8 @@ from jaxtyping import Int64
 
 from navtool.datasets.check.content import FROZEN_S
 from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, runs, short
-from navtool.datasets.gravity import odd_gravity
-from navtool.datasets.reader import Episode, NavDataset
+from navtool.datasets.robot.gravity import odd_gravity
+from navtool.datasets.store.reader import Episode, NavDataset
 from navtool.pipeline.arrays import Array
 
 _ACCELERATION = ("ax_mps2", "ay_mps2", "az_mps2")

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pyarrow as pa
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.check.content import check_clouds, check_streams, check_values, check_video
 from navtool.datasets.check.files import check_counters, check_files, check_metadata
 from navtool.datasets.check.findings import CheckReport, Finding, Findings, Severity, first_line
 from navtool.datasets.check.judgement import check_calibrations, check_labels, check_leakage
 from navtool.datasets.check.native import check_native
 from navtool.datasets.check.splits import check_own_splits, check_splits, read_splits
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.reader import NavDataset
+from navtool.datasets.store.reader import NavDataset
 
 CHECKS: dict[str, Callable[[NavDataset], Findings]] = {
     "metadata": check_metadata,

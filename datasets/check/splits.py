@@ -5,10 +5,10 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple, TypeGuard
 
+from navtool.base.errors import DatasetsError
+from navtool.base.files import read_json
 from navtool.datasets.check.findings import Findings, Severity
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.files import read_json
-from navtool.datasets.reader import NavDataset
+from navtool.datasets.store.reader import NavDataset
 
 _SHOWN = 5
 _MOST = 1_000_000

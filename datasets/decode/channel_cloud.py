@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float32
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.finite_cloud import finite_cloud
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.decode.point_cloud import INTENSITY_NAMES, RING_NAMES, TIME_NAMES, ring_numbers
 from navtool.datasets.decode.point_time import seconds_from_header
-from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.arrays import Array
 
 

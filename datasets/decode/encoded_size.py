@@ -1,6 +1,6 @@
 """The size that a compressed image states, read before anything is decompressed."""
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _FRAME_HEADERS = (*range(0xC0, 0xC4), *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0))

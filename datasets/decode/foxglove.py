@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.compressed_image import decode_compressed_image
 from navtool.datasets.decode.header import joined_ns
 from navtool.datasets.decode.image import decode_image
@@ -18,7 +19,6 @@ from navtool.datasets.decode.messages import (
 )
 from navtool.datasets.decode.point_cloud import decode_point_cloud
 from navtool.datasets.decode.sensor_geometry import decode_camera_info, pose_matrix
-from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.geometry.transforms import apply_transform
 
 _POINT_FIELD = {1: 2, 2: 1, 3: 4, 4: 3, 5: 6, 6: 5, 7: 7, 8: 8}

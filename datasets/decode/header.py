@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 
 _NS_PER_S = 1_000_000_000
 

@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 from jaxtyping import Shaped, UInt8
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.encoded_size import refuse_giants
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import ImageFrame
-from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.arrays import Array
 
 type Pixels = UInt8[Array, "h w *channels"]

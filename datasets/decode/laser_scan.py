@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.finite_cloud import finite_cloud
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import PointCloud
-from navtool.datasets.errors import DatasetsError
 
 
 def decode_laser_scan(message: Any) -> PointCloud:

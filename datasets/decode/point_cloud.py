@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Shaped, UInt16
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.finite_cloud import finite_cloud
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.decode.point_time import seconds_from_header
-from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.arrays import Array
 
 INTENSITY_NAMES = ("intensity", "intensities", "i", "reflectivity")

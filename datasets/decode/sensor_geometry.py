@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.header import NO_HEAD, head_of, nanoseconds
 from navtool.datasets.decode.messages import CameraInfoSample, Transform, TransformsSample
-from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_quaternion

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64, Int64, Shaped
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import PointCloud
-from navtool.datasets.errors import DatasetsError
 from navtool.pipeline.arrays import Array
 
 PACKET_BYTES = 1206

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.header import NO_HEAD, Head, head_of, nanoseconds
 from navtool.datasets.decode.messages import (
     BatterySample,
@@ -17,7 +18,6 @@ from navtool.datasets.decode.messages import (
     RobotStateSample,
 )
 from navtool.datasets.decode.robot_state import decode_joint_state
-from navtool.datasets.errors import DatasetsError
 
 UNITREE_JOINTS = tuple(f"{leg}_{joint}_joint" for leg in ("FR", "FL", "RR", "RL") for joint in ("hip", "thigh", "calf"))
 """The order of the motors, as ``unitree_legged_sdk``'s quadruped.h has it."""

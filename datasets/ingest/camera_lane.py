@@ -7,10 +7,10 @@ from jaxtyping import UInt8
 from navtool.datasets.decode.messages import Decoded, ImageFrame
 from navtool.datasets.ingest.lane import Lane
 from navtool.datasets.ingest.segment import StreamPart
-from navtool.datasets.ingest.stats import ImageStats
-from navtool.datasets.ingest.video import VideoWriter
 from navtool.datasets.recording import RawMessage
-from navtool.datasets.schema import IMAGE_HEIGHT_PX, IMAGE_RELIABILITY_KEYS, IMAGE_WIDTH_PX
+from navtool.datasets.store.schema import IMAGE_HEIGHT_PX, IMAGE_RELIABILITY_KEYS, IMAGE_WIDTH_PX
+from navtool.datasets.store.stats import ImageStats
+from navtool.datasets.store.video import VideoWriter
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.image_reliability import ImageReliabilityConfig, image_reliability
 

@@ -3,13 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int64, Shaped
+from jaxtyping import Bool, Float64, Int64
 
-from navtool.datasets.ingest.clock import StreamTime
-from navtool.datasets.ingest.config import StreamSync, SyncConfig
-from navtool.datasets.ingest.motion import Motion
-from navtool.datasets.ingest.scan import StreamScan
-from navtool.datasets.schema import (
+from navtool.datasets.store.data_file import Column
+from navtool.datasets.store.schema import (
     ACTION_KEY,
     HORIZON_STEPS,
     IMU_KEY,
@@ -19,32 +16,14 @@ from navtool.datasets.schema import (
     TIMESTAMP_NS_KEY,
     Contents,
 )
-from navtool.datasets.sync import Brackets, around_ticks
+from navtool.datasets.streams.config import StreamSync, SyncConfig
+from navtool.datasets.streams.sync import Brackets, around_ticks
+from navtool.datasets.streams.timed_stream import TimedStream, unit_quaternions
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import quaternion_to_rpy, slerp, wrap_angle
 
 STANDSTILL_M = 0.5
 """An odometry whose twists are all zero while its poses move further than this does not measure speeds."""
-
-type Column = Shaped[Array, " ticks *shape"]
-
-
-@dataclass(frozen=True, slots=True)
-class TimedStream:
-    """A small stream in the order of time: stamps and values of the same messages."""
-
-    scan: StreamScan
-    time: StreamTime
-    values: Float64[Array, "kept columns"]
-
-    @classmethod
-    def of(cls, scan: StreamScan, time: StreamTime) -> "TimedStream":
-        """The stream's rows in the order of their stamps."""
-        return cls(scan, time, scan.values()[time.order])
-
-    def columns(self, *names: str) -> Float64[Array, "kept names"]:
-        """The named columns."""
-        return self.values[:, [self.scan.columns.index(name) for name in names]]
 
 
 @dataclass(slots=True)
@@ -137,22 +116,6 @@ def _speeds(out: SmallColumns, stream: TimedStream, known: Bool[Array, " kept"])
     speeds = np.zeros_like(measured)
     speeds[known] = np.column_stack([forward, np.gradient(yaw, time_s)])
     return speeds
-
-
-def unit_quaternions(stream: TimedStream) -> Float64[Array, "kept 4"]:
-    """The attitudes of an odometry; one that was never set is level."""
-    quaternions = stream.columns("qx", "qy", "qz", "qw")
-    unset = np.linalg.norm(quaternions, axis=1) < 1e-6
-    return np.where(unset[:, None], np.array([0.0, 0.0, 0.0, 1.0]), quaternions)
-
-
-def motion_of(odometry: TimedStream | None, max_gap_s: float) -> Motion | None:
-    """The robot's motion by its odometry, where it has one."""
-    if odometry is None or not len(odometry.values):
-        return None
-    finite = np.isfinite(odometry.values).all(axis=1)
-    position = odometry.columns("x_m", "y_m", "z_m")[finite]
-    return Motion(odometry.time.stamps_ns[finite], position, unit_quaternions(odometry)[finite], max_gap_s)
 
 
 def _relative_pose(stream: TimedStream, around: Brackets) -> Float64[Array, "ticks 6"]:

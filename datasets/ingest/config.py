@@ -4,8 +4,7 @@ import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from navtool.datasets.ingest.clock import Clock
-from navtool.datasets.sync import Method
+from navtool.datasets.streams.config import SyncConfig
 from navtool.pipeline.cloud_reliability import CloudReliabilityConfig
 from navtool.pipeline.image_reliability import ImageReliabilityConfig
 
@@ -20,74 +19,6 @@ class Merge(StrEnum):
     """Each file, and each rosbag2 folder."""
     folder = "folder"
     """All recordings that lie in one folder."""
-
-
-@dataclass(kw_only=True, slots=True)
-class StreamClock:
-    """Which time of a stream's messages counts."""
-
-    clock: Clock = Clock.auto
-    """auto, header or record."""
-
-
-@dataclass(kw_only=True, slots=True)
-class StreamSync(StreamClock):
-    """How a stream is brought onto the grid."""
-
-    method: Method
-    """nearest, hold or linear; frames and clouds are never mixed, so for them not linear."""
-    tolerance_s: float
-    """nearest: how far from the tick; hold: how old; linear: how far apart the two around it. In (0, 60] seconds."""
-
-
-@dataclass(kw_only=True, slots=True)
-class SyncConfig:
-    """The policy of time: each stream's clock, method and tolerance."""
-
-    image: StreamSync = field(default_factory=lambda: StreamSync(method=Method.nearest, tolerance_s=0.06))
-    """Camera frames; at the grid's own rate a frame is at most half a period away."""
-    lidar: StreamSync = field(default_factory=lambda: StreamSync(method=Method.nearest, tolerance_s=0.06))
-    """Clouds, by the stamp of their header."""
-    odometry: StreamSync = field(default_factory=lambda: StreamSync(method=Method.linear, tolerance_s=0.25))
-    """Speeds and poses; attitudes along the shortest turn (slerp)."""
-    imu: StreamSync = field(default_factory=lambda: StreamSync(method=Method.linear, tolerance_s=0.1))
-    """Accelerations and turning rates."""
-    joints: StreamSync = field(default_factory=lambda: StreamSync(method=Method.linear, tolerance_s=0.1))
-    """Joint states."""
-    battery: StreamSync = field(default_factory=lambda: StreamSync(method=Method.hold, tolerance_s=5.0))
-    """Battery current."""
-    command: StreamSync = field(default_factory=lambda: StreamSync(method=Method.hold, tolerance_s=0.5))
-    """Commanded velocities."""
-    intervention: StreamClock = field(default_factory=StreamClock)
-    """The operator's flag; it stays at its own rate."""
-    clock_step_s: float = 0.5
-    """Steps of a header clock beyond this are taken out: behind them, time goes on at the pace of record."""
-
-    def __post_init__(self) -> None:
-        seconds = {"clock_step_s": self.clock_step_s}
-        seconds |= {f"{name}.tolerance_s": stream.tolerance_s for name, stream in self.gridded().items()}
-        for name, value in seconds.items():
-            if not (math.isfinite(value) and 0 < value <= 60):
-                raise ValueError(f"sync.{name} = {value} s is outside (0, 60] s")
-        for name in ("image", "lidar"):
-            if self.gridded()[name].method is Method.linear:
-                raise ValueError(f"sync.{name}.method = linear: frames and clouds are not mixed; use nearest or hold")
-
-    def gridded(self) -> dict[str, StreamSync]:
-        """The streams that are brought onto the grid, by name."""
-        return {
-            "image": self.image,
-            "lidar": self.lidar,
-            "odometry": self.odometry,
-            "imu": self.imu,
-            "joints": self.joints,
-            "battery": self.battery,
-            "command": self.command,
-        }
-
-    def clock_of(self, stream: str) -> Clock:
-        """Which time of a stream counts."""
-        return self.intervention.clock if stream == "intervention" else self.gridded()[stream].clock
 
 
 @dataclass(kw_only=True, slots=True)

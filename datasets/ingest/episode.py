@@ -1,20 +1,16 @@
 """An episode's staged files: its segments joined into the files of a LeRobot data set and those beside them."""
 
-import shutil
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float32
 
-from navtool.datasets.ingest.data_file import write_data
 from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.ingest.segment import Segment, SegmentResult, points_part, video_part
-from navtool.datasets.ingest.stats import CloudStats, ImageStats, Stats, column_stats
-from navtool.datasets.ingest.video import join_videos
-from navtool.datasets.rewrite import rewrite_columns
-from navtool.datasets.schema import (
+from navtool.datasets.store.data_file import write_data
+from navtool.datasets.store.rewrite import rewrite_columns
+from navtool.datasets.store.schema import (
     CLOUD_RELIABILITY_KEYS,
     CLOUD_SIZE,
     COUNT_KEY,
@@ -26,46 +22,10 @@ from navtool.datasets.schema import (
     arrow_schema,
     features_of,
 )
+from navtool.datasets.store.staged_episode import EpisodeFolder, Numbering
+from navtool.datasets.store.stats import CloudStats, ImageStats, column_stats
+from navtool.datasets.store.video import join_videos
 from navtool.pipeline.arrays import Array
-
-
-@dataclass(frozen=True, slots=True)
-class Numbering:
-    """An episode's place in the data set."""
-
-    episode_index: int
-    index_from: int
-    """Number of rows before it."""
-
-
-@dataclass(slots=True)
-class EpisodeFolder:
-    """The staged files of one episode, laid out as they will be in the data set."""
-
-    root: Path
-    numbering: Numbering
-    rows: int = 0
-    stats: dict[str, Stats] = field(default_factory=dict)
-
-    @property
-    def data(self) -> Path:
-        """The staged data file."""
-        return self.root / "data.parquet"
-
-    @property
-    def video(self) -> Path:
-        """The staged video."""
-        return self.root / "video.mp4"
-
-    @property
-    def beside(self) -> Path:
-        """The staged folder of what LeRobot does not hold."""
-        return self.root / "episode"
-
-
-def streams_folder(staged: Path) -> Path:
-    """Where, in an episode's staged folder, the small streams lie at their own rates."""
-    return staged / "episode" / "streams"
 
 
 def join_segments(
@@ -133,11 +93,6 @@ def renumber(folder: EpisodeFolder, numbering: Numbering, contents: Contents) ->
     moved.replace(folder.data)
     folder.stats |= {key: column_stats(values) for key, values in counters.items()}
     folder.numbering = numbering
-
-
-def discard(folder: Path) -> None:
-    """Take a staged episode away."""
-    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _add_empty_columns(plan: EpisodePlan) -> None:

@@ -4,11 +4,11 @@ import time
 from collections.abc import Mapping
 from pathlib import Path
 
-from navtool.datasets.description import Description
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.ingest.store import Store, refuse_other_folder
-from navtool.datasets.journal import journal_path
-from navtool.datasets.layout import Layout
+from navtool.base.errors import DatasetsError
+from navtool.datasets.store.description import Description
+from navtool.datasets.store.journal import journal_path
+from navtool.datasets.store.layout import Layout
+from navtool.datasets.store.writer import Store, refuse_other_folder
 
 _PATIENCE_S = 1.0
 

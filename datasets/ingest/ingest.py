@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from navtool.datasets.errors import DatasetsError, OutputError
+from navtool.base.errors import DatasetsError, OutputError
+from navtool.base.progress import Progress, Silent
+from navtool.base.workers import Workers, make_workers, outcome
 from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.ingest.episode import Numbering, discard
 from navtool.datasets.ingest.foreseen import Foreseen, foresee
 from navtool.datasets.ingest.natural import expand
-from navtool.datasets.ingest.plan import EpisodePlan, source_name
+from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.ingest.report import EpisodeSummary, IngestReport, Quarantined
 from navtool.datasets.ingest.segment import Segment, SegmentResult, cut_segments
 from navtool.datasets.ingest.settings import refuse_other_contents, refuse_other_settings, settings_hash
@@ -30,12 +31,12 @@ from navtool.datasets.ingest.steps import (
     plan_step,
     segment_step,
 )
-from navtool.datasets.ingest.store import Store, open_store
 from navtool.datasets.ingest.work import Work, work_of
-from navtool.datasets.ingest.workers import Workers, make_workers, outcome
-from navtool.datasets.progress import Progress, Silent
-from navtool.datasets.robot import RobotConfig
-from navtool.datasets.schema import Contents
+from navtool.datasets.recording.identity import source_name
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.store.schema import Contents
+from navtool.datasets.store.staged_episode import Numbering, discard
+from navtool.datasets.store.writer import Store, open_store
 
 logger = logging.getLogger(__name__)
 

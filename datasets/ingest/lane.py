@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float32
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.messages import Decoded
-from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.segment import StreamPart
 from navtool.datasets.recording import RawMessage, Recording
 from navtool.pipeline.arrays import Array

@@ -5,15 +5,15 @@ from typing import BinaryIO
 import numpy as np
 from jaxtyping import Float32
 
+from navtool.base.background import Background
 from navtool.datasets.decode.messages import Decoded, PointCloud
-from navtool.datasets.ingest.background import Background
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.lane import Lane
 from navtool.datasets.ingest.segment import Segment
-from navtool.datasets.ingest.sidecar import CloudFile
-from navtool.datasets.ingest.stats import CloudStats
 from navtool.datasets.recording import RawMessage
-from navtool.datasets.schema import CLOUD_RELIABILITY_KEYS, CLOUD_SIZE, COUNT_KEY
+from navtool.datasets.store.schema import CLOUD_RELIABILITY_KEYS, CLOUD_SIZE, COUNT_KEY
+from navtool.datasets.store.sidecar import CloudFile
+from navtool.datasets.store.stats import CloudStats
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.cloud_reliability import cloud_reliability
 from navtool.pipeline.downsample import fixed_size_cloud

@@ -1,6 +1,5 @@
 """What an episode will be, known after the first pass: its grid, its small columns, who serves which tick."""
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,26 +7,29 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Int64
 
-from navtool.datasets.calibration import Calibration, calibrate
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.gravity import odd_gravity
-from navtool.datasets.ingest.align import in_base_axes
-from navtool.datasets.ingest.battery_sign import discharge_sign
-from navtool.datasets.ingest.clock import StreamTime
-from navtool.datasets.ingest.clocks import Clocks
-from navtool.datasets.ingest.columns import Column, TimedStream, motion_of, small_columns
-from navtool.datasets.ingest.config import IngestConfig, StreamSync
-from navtool.datasets.ingest.motion import Motion
-from navtool.datasets.ingest.odometry_heading import heading_notes, turned_odometry
-from navtool.datasets.ingest.scan import LARGE, Scan, StreamScan, scan_recording
-from navtool.datasets.ingest.sidecar import write_streams
+from navtool.base.errors import DatasetsError
+from navtool.datasets.ingest.columns import small_columns
+from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.sync_report import sync_report
-from navtool.datasets.recorded_geometry import RecordedGeometry, latest_transforms
 from navtool.datasets.recording import Recording
-from navtool.datasets.robot import RobotConfig
-from navtool.datasets.schema import Contents
-from navtool.datasets.sync import Match, choose, grid_ticks, nearest
-from navtool.datasets.topic_map import TopicMap, resolve_topic_map
+from navtool.datasets.robot.calibration import Calibration, calibrate
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.robot.gravity import odd_gravity
+from navtool.datasets.robot.recorded_geometry import RecordedGeometry, latest_transforms
+from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
+from navtool.datasets.store.data_file import Column
+from navtool.datasets.store.schema import Contents
+from navtool.datasets.store.sidecar import write_streams
+from navtool.datasets.streams.align import in_base_axes
+from navtool.datasets.streams.battery_sign import discharge_sign
+from navtool.datasets.streams.clock import StreamTime
+from navtool.datasets.streams.clocks import Clocks
+from navtool.datasets.streams.config import StreamSync
+from navtool.datasets.streams.motion import Motion
+from navtool.datasets.streams.odometry_heading import heading_notes, turned_odometry
+from navtool.datasets.streams.scan import LARGE, Scan, StreamScan, scan_recording
+from navtool.datasets.streams.sync import Match, choose, grid_ticks, nearest
+from navtool.datasets.streams.timed_stream import TimedStream, motion_of
 from navtool.pipeline.arrays import Array
 
 GRID_STREAMS = ("image", "lidar", "odometry")
@@ -289,14 +291,3 @@ def _dropped(
             counts[f"{name}: cannot be decoded"] = scan.streams[name].undecodable
     counts |= {f"{name}: cannot be decoded": stream.undecodable for name, stream in scan.unreadable.items()}
     return {reason: count for reason, count in counts.items() if count}
-
-
-def source_name(path: Path) -> str:
-    """How a recording is named in the data set: its folder's name and its own."""
-    named = absolute(path)
-    return f"{named.parent.name}/{named.name}"
-
-
-def absolute(path: Path) -> Path:
-    """The whole path, by the names that it was given with: a link is not followed."""
-    return Path(os.path.abspath(path))  # noqa: PTH100 - Path.absolute keeps the dots

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64, Int64, Shaped
 
-from navtool.datasets.ingest.motion import Motion
 from navtool.datasets.ingest.plan import EpisodePlan, LargeStream
-from navtool.datasets.ingest.stats import CloudStats, ImageStats
+from navtool.datasets.store.stats import CloudStats, ImageStats
+from navtool.datasets.streams.motion import Motion
 from navtool.pipeline.arrays import Array
 
 TICKS_PER_SEGMENT = 512

@@ -2,14 +2,14 @@
 
 from typing import TYPE_CHECKING
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
+from navtool.base.lineage import config_hash, plain
 from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.lineage import config_hash, plain
-from navtool.datasets.robot import RobotConfig
-from navtool.datasets.schema import Contents
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.store.schema import Contents
 
 if TYPE_CHECKING:
-    from navtool.datasets.ingest.store import Store
+    from navtool.datasets.store.writer import Store
 
 
 def settings_hash(robot: RobotConfig, config: IngestConfig) -> str:

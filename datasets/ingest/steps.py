@@ -10,27 +10,30 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from navtool.datasets.description import Description
-from navtool.datasets.errors import OutputError
-from navtool.datasets.files import write_bytes, write_json
+from navtool.base.errors import OutputError
+from navtool.base.files import write_bytes, write_json
+from navtool.base.lineage import code_version, file_sha256, plain
+from navtool.base.meter import Meter
+from navtool.base.workers import Stopped
 from navtool.datasets.ingest.config import PARENT, IngestConfig, Merge
-from navtool.datasets.ingest.episode import EpisodeFolder, Numbering, join_segments, renumber, streams_folder
+from navtool.datasets.ingest.episode import join_segments, renumber
 from navtool.datasets.ingest.foreseen import Foreseen
-from navtool.datasets.ingest.plan import EpisodePlan, absolute, plan_episode, source_name
+from navtool.datasets.ingest.plan import EpisodePlan, plan_episode
 from navtool.datasets.ingest.report import EpisodeSummary
 from navtool.datasets.ingest.segment import Segment, SegmentResult
 from navtool.datasets.ingest.settings import settings_hash, streams_left_out
-from navtool.datasets.ingest.store import Store
 from navtool.datasets.ingest.sync_picture import sync_picture
 from navtool.datasets.ingest.sync_report import stream_notes
 from navtool.datasets.ingest.work import HASH_SHARE
-from navtool.datasets.ingest.workers import Stopped
-from navtool.datasets.ingest.write_segment import changed_meanwhile, write_segment
-from navtool.datasets.lineage import code_version, file_sha256, plain, recording_sha256, recording_state
-from navtool.datasets.meter import Meter
+from navtool.datasets.ingest.write_segment import write_segment
 from navtool.datasets.recording import open_recording
-from navtool.datasets.robot import RobotConfig
-from navtool.datasets.schema import Contents, features_of
+from navtool.datasets.recording.changed import changed_meanwhile
+from navtool.datasets.recording.identity import absolute, recording_sha256, recording_state, source_name
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.store.description import Description
+from navtool.datasets.store.schema import Contents, features_of
+from navtool.datasets.store.staged_episode import EpisodeFolder, Numbering, streams_folder
+from navtool.datasets.store.writer import Store
 
 
 @dataclass(frozen=True, slots=True)

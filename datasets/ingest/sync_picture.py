@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from navtool.datasets.ingest.columns import Column
+from navtool.datasets.store.data_file import Column
 from navtool.pipeline.arrays import Array
 
 _WIDTH, _LEFT, _RIGHT = 1000, 150, 190

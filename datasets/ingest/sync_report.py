@@ -3,12 +3,12 @@
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from navtool.datasets.ingest.clock import Jump, StreamTime
-from navtool.datasets.ingest.clocks import Clocks
-from navtool.datasets.ingest.columns import Column
-from navtool.datasets.ingest.config import StreamSync, SyncConfig
-from navtool.datasets.ingest.scan import Scan
-from navtool.datasets.sync import Method
+from navtool.datasets.store.data_file import Column
+from navtool.datasets.streams.clock import Jump, StreamTime
+from navtool.datasets.streams.clocks import Clocks
+from navtool.datasets.streams.config import StreamSync, SyncConfig
+from navtool.datasets.streams.scan import Scan
+from navtool.datasets.streams.sync import Method
 from navtool.pipeline.arrays import Array
 
 GAPS_SHOWN = 20

@@ -4,15 +4,15 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.ingest.background import Background
+from navtool.base.background import Background
 from navtool.datasets.ingest.camera_lane import CameraLane
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.lidar_lane import LidarLane
 from navtool.datasets.ingest.segment import Segment, SegmentResult, clouds_part, points_part, video_part
-from navtool.datasets.ingest.sidecar import CloudFile
-from navtool.datasets.ingest.video import VideoWriter
 from navtool.datasets.recording import Recording
+from navtool.datasets.recording.changed import changed_meanwhile
+from navtool.datasets.store.sidecar import CloudFile
+from navtool.datasets.store.video import VideoWriter
 
 
 def write_segment(
@@ -66,12 +66,6 @@ def write_segment(
         if lidar is not None:
             lidar.finish()
     return _result(segment, camera, lidar)
-
-
-def changed_meanwhile(path: Path) -> DatasetsError:
-    """What is said of a recording that is not the same at two moments of reading it."""
-    cure = "run the command again once its recorder is done"
-    return DatasetsError("the recording changed while it was read", where=path, cure=cure)
 
 
 def _camera_lane(segment: Segment, config: IngestConfig, folder: Path, files: ExitStack) -> CameraLane:

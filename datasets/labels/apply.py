@@ -9,20 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from navtool.datasets.description import read_description
-from navtool.datasets.errors import OutputError
-from navtool.datasets.files import read_json, write_json
-from navtool.datasets.ingest.stats import Stats, aggregate, column_stats
-from navtool.datasets.ingest.store import open_store
-from navtool.datasets.journal import commit, finish, staged
+from navtool.base.errors import OutputError
+from navtool.base.files import read_json, write_json
+from navtool.base.lineage import code_version, config_hash, file_sha256, plain
 from navtool.datasets.labels.config import LabelConfig
 from navtool.datasets.labels.episode import EpisodeLabels, label_episode
 from navtool.datasets.labels.events import Bag, Event, read_events
 from navtool.datasets.labels.report import EventsFile, LabelReport
-from navtool.datasets.lineage import code_version, config_hash, file_sha256, plain
-from navtool.datasets.reader import Episode, NavDataset
-from navtool.datasets.rewrite import rewrite_columns, rewrite_entry, stats_columns
-from navtool.datasets.schema import arrow_schema
+from navtool.datasets.store.description import read_description
+from navtool.datasets.store.journal import commit, finish, staged
+from navtool.datasets.store.reader import Episode, NavDataset
+from navtool.datasets.store.rewrite import rewrite_columns, rewrite_entry, stats_columns
+from navtool.datasets.store.schema import arrow_schema
+from navtool.datasets.store.stats import Stats, aggregate, column_stats
+from navtool.datasets.store.writer import open_store
 
 logger = logging.getLogger(__name__)
 

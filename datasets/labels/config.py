@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 
 
 def _require(value: float, high: float, where: str, unit: str) -> None:

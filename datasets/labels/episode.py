@@ -13,8 +13,8 @@ from navtool.datasets.labels.intervals import label_rows
 from navtool.datasets.labels.known import known_steps
 from navtool.datasets.labels.rules import FlagSignal, ImuSignal, RuleResult, Signals, apply_rules
 from navtool.datasets.labels.speed_ratio import speed_ratio
-from navtool.datasets.reader import Episode, NavDataset
-from navtool.datasets.schema import ACTION_KEY, HORIZON_STEPS, POSE_KEY, STATE_KEY, TIMESTAMP_NS_KEY
+from navtool.datasets.store.reader import Episode, NavDataset
+from navtool.datasets.store.schema import ACTION_KEY, HORIZON_STEPS, POSE_KEY, STATE_KEY, TIMESTAMP_NS_KEY
 from navtool.pipeline.arrays import Array
 
 

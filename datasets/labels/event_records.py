@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from decimal import Decimal
 from pathlib import Path
 
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.from_plain import did_you_mean
+from navtool.base.errors import DatasetsError
+from navtool.base.from_plain import did_you_mean
 
 COLUMNS = ("bag", "start", "end", "outcome", "reason")
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.from_plain import did_you_mean
+from navtool.base.errors import DatasetsError
+from navtool.base.from_plain import did_you_mean
 from navtool.datasets.labels.event_records import event_records
 from navtool.datasets.labels.event_time import time_ns
 from navtool.datasets.labels.intervals import LabelInterval

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
+from navtool.base.lineage import plain
 from navtool.datasets.labels.rules import RuleResult
-from navtool.datasets.lineage import plain
 
 
 @dataclass(slots=True)

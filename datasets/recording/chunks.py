@@ -5,7 +5,7 @@ from collections.abc import Callable, Container, Iterator, Sequence
 from operator import attrgetter, itemgetter
 from typing import NamedTuple
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.datasets.recording.foreign import describe
 
 MOST_BYTES = 1 << 30

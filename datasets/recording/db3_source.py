@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.datasets.recording.foreign import translated
 from navtool.datasets.recording.message_compression import decompressed
 from navtool.datasets.recording.raw import RawMessage

@@ -8,7 +8,7 @@ from typing import BinaryIO
 
 import zstandard
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.datasets.recording.foreign import translated
 
 _MAGIC = b"\x28\xb5\x2f\xfd"

@@ -6,7 +6,7 @@ from typing import Any
 
 import yaml
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.datasets.recording.foreign import translated
 
 _BAG_FILE = re.compile(r"(?P<stem>.*?)(_(?P<part>\d+))?(?P<suffix>\.(bag|db3|mcap)(\.zstd)?)")

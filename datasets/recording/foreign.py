@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 
 
 @contextmanager

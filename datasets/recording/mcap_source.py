@@ -12,7 +12,7 @@ from mcap.records import Channel as ChannelRecord
 from mcap.records import Schema
 from mcap.summary import Summary
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.datasets.recording import mcap_file
 from navtool.datasets.recording.chunks import Chunk, Contents, Skipped, merged
 from navtool.datasets.recording.file_bytes import FileBytes

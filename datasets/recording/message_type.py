@@ -8,7 +8,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.datasets.recording.record_arrays import LIVOX_PACKAGES, RecordArrays, has_records
 from navtool.datasets.recording.source import Definition
 

@@ -3,7 +3,7 @@
 from contextlib import ExitStack, closing
 from pathlib import Path
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.datasets.recording.db3_source import Db3Source
 from navtool.datasets.recording.file_compression import unpacked
 from navtool.datasets.recording.folder import all_files_of, files_of

@@ -11,7 +11,7 @@ from jaxtyping import Shaped
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.store import Typestore
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.pipeline.arrays import Array
 
 LIVOX_PACKAGES = ("livox_ros_driver", "livox_ros_driver2", "livox_interfaces")

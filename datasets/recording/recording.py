@@ -6,9 +6,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.messages import Decoded
 from navtool.datasets.decode.table import DECODERS
-from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.foreign import describe
 from navtool.datasets.recording.message_type import MessageType, StampLayout, message_type
 from navtool.datasets.recording.raw import RawMessage, RecordingFormat, Topic

@@ -11,7 +11,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-from navtool.datasets.errors import DatasetsError, OutputError
+from navtool.base.errors import DatasetsError, OutputError
 from navtool.datasets.recording.foreign import describe
 
 _REMOTE = re.compile(r"^[a-z][a-z0-9+.-]+://", re.IGNORECASE)

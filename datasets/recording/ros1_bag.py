@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import lz4.frame
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.datasets.recording.chunks import MOST_BYTES, Contents
 from navtool.datasets.recording.file_bytes import FileBytes
 

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Collection, Container, Iterator
 from pathlib import Path
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.datasets.recording import ros1_bag as bag
 from navtool.datasets.recording.chunks import Chunk, Contents, Skipped, merged
 from navtool.datasets.recording.file_bytes import FileBytes

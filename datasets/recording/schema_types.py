@@ -8,8 +8,8 @@ import json
 from types import SimpleNamespace
 from typing import Any
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.header import joined_ns
-from navtool.datasets.errors import DatasetsError
 from navtool.datasets.recording.source import Definition
 
 _BINARY = ("data",)

@@ -12,7 +12,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys.store import Typestore
 
-from navtool.datasets.lineage import recording_sha256
+from navtool.datasets.recording.identity import recording_sha256
 from navtool.sim.errors import SimError
 from navtool.sim.record.bag_format import BagFormat
 from navtool.sim.record.streams import Entry

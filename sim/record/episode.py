@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from zlib import crc32
 
-from navtool.datasets.lineage import code_version, config_hash
-from navtool.datasets.meter import Meter
+from navtool.base.lineage import code_version, config_hash
+from navtool.base.meter import Meter
 from navtool.sim.drive.drive import Drive
 from navtool.sim.drive.failure import Failure
 from navtool.sim.drive.make import roll_out

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.files import read_json, write_json
-from navtool.datasets.from_plain import from_plain
-from navtool.datasets.lineage import config_hash, plain
+from navtool.base.errors import DatasetsError
+from navtool.base.files import read_json, write_json
+from navtool.base.from_plain import from_plain
+from navtool.base.lineage import config_hash, plain
 from navtool.sim.errors import SimError
 from navtool.sim.record.config import SimulationConfig
 from navtool.sim.record.episode import Episode

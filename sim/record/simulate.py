@@ -5,10 +5,10 @@ from collections import deque
 from concurrent.futures import Future
 from pathlib import Path
 
-from navtool.datasets.errors import OutputError
-from navtool.datasets.ingest.workers import Workers, make_workers, outcome
-from navtool.datasets.lineage import code_version
-from navtool.datasets.progress import Progress, Silent
+from navtool.base.errors import OutputError
+from navtool.base.lineage import code_version
+from navtool.base.progress import Progress, Silent
+from navtool.base.workers import Workers, make_workers, outcome
 from navtool.sim.errors import SimError
 from navtool.sim.record.config import SimulationConfig
 from navtool.sim.record.episode import EPISODES_MOST, SEED_MOST, Episode, NotMade, make_episode, plan_episode

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import yaml
 
-from navtool.datasets.errors import DatasetsError
-from navtool.datasets.from_plain import from_plain
+from navtool.base.errors import DatasetsError
+from navtool.base.from_plain import from_plain
 from navtool.sim.errors import SimError
 from navtool.sim.world.surfaces import GROUND
 

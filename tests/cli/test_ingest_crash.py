@@ -16,7 +16,7 @@ from disk_factory import SmallDisk
 from hashes import hashes
 
 from navtool.datasets.check import check_dataset
-from navtool.datasets.reader import NavDataset
+from navtool.datasets.store.reader import NavDataset
 
 NAVTOOL = str(Path(sys.executable).with_name("navtool"))
 KILLS = 20

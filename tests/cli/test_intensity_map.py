@@ -11,7 +11,7 @@ from intensity_drive import intensity_drive
 
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
 
 type Call = Callable[..., tuple[int, str, str]]
 

@@ -18,8 +18,8 @@ from typer.main import get_command
 from navtool.cli.arguments import split_overrides
 from navtool.cli.inspect import print_inspection
 from navtool.cli.main import app, main
-from navtool.datasets.inspect import inspect_recording
-from navtool.datasets.reader import NavDataset
+from navtool.datasets.inspect.inspection import inspect_recording
+from navtool.datasets.store.reader import NavDataset
 
 TREE = {
     "inspect": ["bag", "--robot", "--write-robot", "--report", "--json"],
@@ -94,11 +94,11 @@ def test_help_loads_nothing_heavy() -> None:
 @pytest.mark.parametrize("command", ["inspect", "ingest", "label", "check", "intensity-map"])
 def test_reading_and_ingesting_load_no_torch(command: str) -> None:
     modules = {
-        "inspect": "navtool.datasets.inspect",
+        "inspect": "navtool.datasets.inspect.inspection",
         "ingest": "navtool.datasets.ingest.ingest, navtool.cli.robots; navtool.cli.robots.ingest_job(None, ())",
         "label": "navtool.datasets.labels.apply",
         "check": "navtool.datasets.check",
-        "intensity-map": "navtool.datasets.intensity_map.run, navtool.datasets.intensity_map.inputs",
+        "intensity-map": "navtool.methods.intensity_map.run, navtool.methods.along.source",
     }
     heavy = ("torch", "lerobot", "datasets")
     code = f"import {modules[command]}; import sys; print([name for name in {heavy} if name in sys.modules])"

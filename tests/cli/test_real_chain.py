@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from navtool.datasets.reader import NavDataset
+from navtool.datasets.store.reader import NavDataset
 
 CUTS = {"ros1": 20.0, "db3": 120.0, "mcap": 240.0}
 """Container and where its cut of the real drive begins, in seconds."""

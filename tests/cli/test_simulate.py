@@ -14,8 +14,8 @@ import cv2
 import pytest
 from hashes import hashes
 
+from navtool.base.lineage import file_sha256
 from navtool.cli.main import main
-from navtool.datasets.lineage import file_sha256
 
 PLACE = (
     "scenario=demo",

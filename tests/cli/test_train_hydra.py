@@ -11,7 +11,7 @@ from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.labels.apply import label_dataset
 from navtool.datasets.labels.config import LabelConfig
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
 
 SMALL = (
     "trainer.epochs=1",

@@ -5,16 +5,16 @@ from pathlib import Path
 
 import pytest
 
+from navtool.base.lineage import config_hash
 from navtool.cli.compose import UsageError, compose, quoted
 from navtool.configs.ingest_job import IngestJob
 from navtool.configs.intensity_map_job import IntensityMapJob
 from navtool.configs.schema import SCHEMAS, config_folder
 from navtool.configs.train_job import TrainJob
 from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.intensity_map.config import MapRunConfig
 from navtool.datasets.labels.config import LabelConfig
-from navtool.datasets.lineage import config_hash
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.methods.intensity_map.config import MapRunConfig
 from navtool.sim.record.config import SimulationConfig
 from navtool.sim.world.scenario import load_scenario
 from navtool.train.config import TrainConfig

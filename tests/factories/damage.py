@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.check import Severity, check_dataset
-from navtool.datasets.errors import DatasetsError
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
-from navtool.datasets.reader import NavDataset
 from navtool.datasets.recording import open_recording
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.store.reader import NavDataset
 
 MEMORY_BYTES = 2 << 30
 TIME_S = 60

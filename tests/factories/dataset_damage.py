@@ -9,12 +9,12 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from navtool.datasets.ingest.video import VideoWriter
-from navtool.datasets.layout import Layout
-from navtool.datasets.lineage import file_sha256
-from navtool.datasets.reader import NavDataset
-from navtool.datasets.rewrite import rewrite_columns
-from navtool.datasets.schema import arrow_schema
+from navtool.base.lineage import file_sha256
+from navtool.datasets.store.layout import Layout
+from navtool.datasets.store.reader import NavDataset
+from navtool.datasets.store.rewrite import rewrite_columns
+from navtool.datasets.store.schema import arrow_schema
+from navtool.datasets.store.video import VideoWriter
 
 Damage = Callable[[Path], object]
 

@@ -12,7 +12,7 @@ from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.labels.apply import label_dataset
 from navtool.datasets.labels.config import LabelConfig
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
 
 Entry = tuple[str, str, int, dict[str, Any]]
 START_NS = 1_700_000_000_000_000_000

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from navtool.datasets.errors import DatasetsError
+from navtool.base.errors import DatasetsError
 from navtool.datasets.recording import open_recording
 
 IMU = "sensor_msgs/msg/Imu"

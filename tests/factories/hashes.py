@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from navtool.datasets.lineage import file_sha256
+from navtool.base.lineage import file_sha256
 
 
 def hashes(root: Path) -> dict[str, str]:

@@ -6,7 +6,7 @@ from typing import Any
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.ingest.report import IngestReport
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
 
 
 def ingested(paths: list[Path], out: Path, **options: Any) -> IngestReport:

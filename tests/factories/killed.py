@@ -8,13 +8,13 @@ from typing import Any
 
 from hashes import hashes
 
+from navtool.base.files import read_json
 from navtool.datasets.check import check_dataset
-from navtool.datasets.files import read_json
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
-from navtool.datasets.layout import Layout
-from navtool.datasets.reader import NavDataset
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.store.layout import Layout
+from navtool.datasets.store.reader import NavDataset
 
 CALLS = ("replace", "rename", "fsync", "unlink", "rmdir")
 KILLED = 9

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from navtool.datasets.intensity_map.mapped import MappedSweep
-from navtool.datasets.intensity_map.sweeps import Sweep, SweepDrops
+from navtool.methods.along.sweeps import Sweep, SweepDrops
+from navtool.methods.intensity_map.mapped import MappedSweep
 from navtool.pipeline.intensity_map.config import GridConfig, IntensityMapConfig
 from navtool.pipeline.intensity_map.glass_memory import GlassMemory
 from navtool.pipeline.intensity_map.mapper import map_cloud

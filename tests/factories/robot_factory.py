@@ -7,7 +7,7 @@ import pytest
 from drive_factory import RECORD_DELAY_NS, START_NS, Entry
 from robot_messages import OTHER_TYPES, Make, spot_joints
 
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
 
 DRIVE = {
     "image": "/camera/image_raw/compressed",

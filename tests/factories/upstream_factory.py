@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from navtool.datasets.reader import NavDataset
+from navtool.datasets.store.reader import NavDataset
 
 
 @pytest.fixture(scope="session")

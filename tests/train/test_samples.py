@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from navtool.datasets.reader import NavDataset
+from navtool.datasets.store.reader import NavDataset
 from navtool.pipeline.geometry.trajectory_image import TrajectoryImageConfig, trajectory_image
 from navtool.train.row_cache import SampleCaches, fill_caches
 from navtool.train.samples import Sample, SampleDataset

@@ -16,8 +16,8 @@ from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.ingest.report import IngestReport
 from navtool.datasets.labels.apply import label_dataset
 from navtool.datasets.labels.config import LabelConfig
-from navtool.datasets.reader import NavDataset
-from navtool.datasets.robot import RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.store.reader import NavDataset
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.trajectory_image import TrajectoryImageConfig, trajectory_image

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hashes import hashes
 
-from navtool.datasets.lineage import recording_sha256
+from navtool.datasets.recording.identity import recording_sha256
 from navtool.sim.drive.config import DriveConfig, PoseConfig
 from navtool.sim.errors import SimError
 from navtool.sim.record.bag_format import BagFormat

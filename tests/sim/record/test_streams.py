@@ -14,9 +14,9 @@ from jaxtyping import Float64
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from navtool.datasets.inspect import inspect_recording
-from navtool.datasets.lineage import recording_sha256
-from navtool.datasets.robot import TopicCandidates
+from navtool.datasets.inspect.inspection import inspect_recording
+from navtool.datasets.recording.identity import recording_sha256
+from navtool.datasets.robot.config import TopicCandidates
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_quaternion

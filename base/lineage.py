@@ -1,0 +1,81 @@
+"""Hashes that tie an output to what it was made from: input bytes, configuration, code."""
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from enum import Enum
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from navtool.base.errors import DatasetsError
+
+_PACKAGES = ("base", "cli", "configs", "datasets", "export", "methods", "pipeline", "sim", "train")
+
+
+_PIECE_BYTES = 1 << 22
+
+
+def file_sha256(path: Path, advance: Callable[[int], None] | None = None) -> str:
+    """The SHA-256 of a file's bytes in hexadecimal, read in bounded memory.
+
+    Args:
+        advance: Called with the number of bytes of each piece read.
+    """
+    digest = hashlib.sha256()
+    try:
+        with path.open("rb", buffering=0) as file:
+            buffer = bytearray(_PIECE_BYTES)
+            view = memoryview(buffer)
+            while size := file.readinto(buffer):
+                digest.update(view[:size])
+                if advance is not None:
+                    advance(size)
+    except OSError as error:
+        raise DatasetsError(
+            f"cannot be read ({error.strerror})", where=path, cure="check the path and its permissions"
+        ) from error
+    return digest.hexdigest()
+
+
+def plain(value: object) -> object:
+    """The value as what JSON knows: dataclasses become objects, enums their names, arrays lists, paths text."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Path):
+        return value.as_posix()
+    if isinstance(value, Sequence) and not isinstance(value, str | bytes):
+        return [plain(entry) for entry in value]
+    return value
+
+
+def config_hash(config: object) -> str:
+    """The SHA-256 of a configuration; equal settings give equal hashes, whatever the order of the keys."""
+    text = json.dumps(plain(config), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@cache
+def code_version() -> str:
+    """The package's version with a hash of its own sources, such as ``0.1.0+src.1f2e3d4c5b6a``.
+
+    Two machines with the same sources give the same text, whether installed or run from a checkout.
+    """
+    digest = hashlib.sha256()
+    root = Path(__file__).resolve().parents[1]
+    for package in _PACKAGES:
+        for source in sorted([*(root / package).rglob("*.py"), *(root / package).rglob("*.yaml")]):
+            digest.update(f"{source.relative_to(root).as_posix()}\0".encode())
+            digest.update(source.read_bytes())
+    return f"{version('navtool')}+src.{digest.hexdigest()[:12]}"

@@ -1,0 +1,1 @@
+"""Pages, drawings and videos that every command makes alike."""

@@ -1,0 +1,151 @@
+"""What a recording holds: topics, rates, gaps, clocks, and the topic map that ingest would use."""
+
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from navtool.base.errors import DatasetsError
+from navtool.base.lineage import plain
+from navtool.datasets.recording import Recording, Topic, open_recording
+from navtool.datasets.robot.config import RobotConfig, TopicCandidates
+from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TopicReport:
+    """One topic of a recording.
+
+    Attributes:
+        name: The topic.
+        type: Its message type as ``pkg/msg/Name``.
+        count: Number of messages.
+        rate_hz: Mean rate from the first to the last stamp; None with fewer than two stamps.
+        gap_max_s: Longest time between two neighbouring stamps in order of time; None likewise.
+        time: ``header`` where rate and gaps are of the header stamps, ``record`` where of the times of record.
+        clock_offset_s: Median of header stamp minus time of record; None without header stamps.
+        backwards: Stamps older than that of the message recorded before.
+        zero_stamps: Headers whose stamp was left empty.
+        unreadable: Messages shorter than their header.
+    """
+
+    name: str
+    type: str
+    count: int
+    rate_hz: float | None = None
+    gap_max_s: float | None = None
+    time: str = "record"
+    clock_offset_s: float | None = None
+    backwards: int = 0
+    zero_stamps: int = 0
+    unreadable: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inspection:
+    """A recording as its user wants to know it before ingesting; times of start and end are times of record."""
+
+    path: str
+    format: str
+    start_ns: int
+    end_ns: int
+    messages: int
+    topics: tuple[TopicReport, ...]
+    topic_map: TopicMap
+    faults: tuple[str, ...]
+    """What is wrong with its files and was skipped or done without; empty for a sound one."""
+
+    def to_json(self) -> object:
+        """Everything as plain JSON values; every stream is a key of ``topic_map``, null where it has no topic."""
+        return plain(self)
+
+
+def robot_from(base: RobotConfig, inspection: Inspection) -> RobotConfig:
+    """The robot with the topics that the inspection found, to save and to edit.
+
+    A stream that the recording lacks keeps the base's candidates: other recordings of the robot may have it.
+    """
+    found = {stream: [topic] for stream, topic in inspection.topic_map.streams().items()}
+    return replace(base, topics=replace(base.topics, **found))
+
+
+@dataclass(slots=True)
+class _Times:
+    record_ns: array[int] = field(default_factory=lambda: array("q"))
+    header_ns: array[int] = field(default_factory=lambda: array("q"))
+    unreadable: int = 0
+
+
+def inspect_recording(
+    path: Path,
+    candidates: TopicCandidates | None = None,
+    *,
+    ros_distro: str = "humble",
+    advance: Callable[[int], None] | None = None,
+) -> Inspection:
+    """Read a recording once and describe it; no message is decoded beyond its header's stamp.
+
+    Memory holds 16 bytes a message beside what reading takes.
+
+    Args:
+        path: The recording.
+        candidates: A robot's candidate topics; None proposes a map from types and names.
+        ros_distro: Whose definitions to use where a ROS 2 recording embeds none.
+        advance: Called with the size of each message in bytes.
+
+    Raises:
+        DatasetsError: If it is not a recording, is damaged, or has a candidate topic of another type.
+    """
+    with open_recording(path, ros_distro=ros_distro) as recording:
+        topic_map = resolve_topic_map(candidates or TopicCandidates(), recording.topics)
+        times = _times(recording, advance)
+        return Inspection(
+            path=str(path),
+            format=recording.format.value,
+            start_ns=recording.start_ns,
+            end_ns=recording.end_ns,
+            messages=recording.message_count,
+            topics=tuple(_report(topic, times.get((topic.name, topic.type), _Times())) for topic in recording.topics),
+            topic_map=topic_map,
+            faults=recording.faults,
+        )
+
+
+def _times(recording: Recording, advance: Callable[[int], None] | None) -> dict[tuple[str, str], _Times]:
+    times: dict[tuple[str, str], _Times] = {}
+    names = {topic.name for topic in recording.topics if topic.count > 0}
+    for raw in recording.messages(names):
+        of_topic = times.setdefault((raw.topic, raw.type), _Times())
+        of_topic.record_ns.append(raw.record_ns)
+        try:
+            stamp_ns = recording.header_stamp_ns(raw)
+        except DatasetsError:
+            of_topic.unreadable += 1
+            stamp_ns = None
+        of_topic.header_ns.append(-1 if stamp_ns is None else stamp_ns)
+        if advance is not None:
+            advance(len(raw.data))
+    return times
+
+
+def _report(topic: Topic, times: _Times) -> TopicReport:
+    record_ns, header_ns = np.array(times.record_ns, dtype=np.int64), np.array(times.header_ns, dtype=np.int64)
+    stamped = header_ns > 0
+    by_header = 2 * int(stamped.sum()) > stamped.size
+    stamps = header_ns[stamped] if by_header else record_ns
+    steps = np.diff(np.sort(stamps))
+    span_s = float(steps.sum()) * 1e-9
+    return TopicReport(
+        name=topic.name,
+        type=topic.type,
+        count=topic.count,
+        rate_hz=steps.size / span_s if span_s > 0 else None,
+        gap_max_s=float(steps.max()) * 1e-9 if steps.size else None,
+        time="header" if by_header else "record",
+        clock_offset_s=float(np.median(header_ns[stamped] - record_ns[stamped])) * 1e-9 if stamped.any() else None,
+        backwards=int((np.diff(stamps) < 0).sum()),
+        zero_stamps=int((header_ns == 0).sum()),
+        unreadable=times.unreadable,
+    )

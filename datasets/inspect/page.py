@@ -1,0 +1,167 @@
+"""The page of a recording."""
+
+from html import escape
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64, Int64
+
+from navtool.base.pages.html import html_figure, html_page
+from navtool.datasets.inspect.inspection import Inspection, TopicReport
+from navtool.datasets.inspect.samples import Cloud, Samples
+from navtool.pipeline.arrays import Array
+
+
+def recording_page(inspection: Inspection, samples: Samples) -> str:
+    """The recording as HTML; texts out of the recording are escaped, and the same recording gives the same page."""
+    name = Path(inspection.path).name
+    seconds = (inspection.end_ns - inspection.start_ns) * 1e-9
+    facts = (
+        f"{inspection.format}, {seconds:.1f} s, {inspection.messages} messages on "
+        f"{sum(topic.count > 0 for topic in inspection.topics)} topics"
+    )
+    parts = [
+        f"<p>{escape(facts)}</p>",
+        *(f'<p class="bad">{escape(fault)}</p>' for fault in (*inspection.faults, *dict.fromkeys(samples.faults))),
+        "<h2>Streams</h2>",
+        _streams(inspection),
+        "<h2>When the topics speak</h2>",
+        _timeline(samples.density, seconds),
+        "<h2>Topics</h2>",
+        _topics(inspection),
+    ]
+    if samples.frames:
+        figures = (html_figure(frame.jpeg, "jpeg", f"{frame.at_s:.1f} s") for frame in samples.frames)
+        parts += ["<h2>Front camera</h2>", f'<div class="row">{"".join(figures)}</div>']
+    if samples.cloud is not None:
+        parts += ["<h2>LiDAR</h2>", _cloud(samples.cloud)]
+    if len(samples.path) > 1:
+        parts += ["<h2>Path driven</h2>", _path(samples.path), "<h2>Speed along it</h2>", _speed(samples.path)]
+    return html_page(name, parts)
+
+
+def _streams(inspection: Inspection) -> str:
+    rows = [
+        f"<tr><td>{stream}</td><td><code>{escape(topic)}</code></td></tr>"
+        for stream, topic in inspection.topic_map.streams().items()
+    ]
+    rows += [f"<tr><td>transforms</td><td><code>{escape(t)}</code></td></tr>" for t in inspection.topic_map.transforms]
+    notes = "".join(f'<p class="dim">{escape(note)}</p>' for note in inspection.topic_map.notes)
+    none = "<p>No topic fits a stream of a data set.</p>"
+    return (f"<table><tbody>{''.join(rows)}</tbody></table>" if rows else none) + notes
+
+
+def _topics(inspection: Inspection) -> str:
+    why = {topic.name: topic.reason for topic in inspection.topic_map.not_used}
+    head = "".join(
+        f'<th class="n">{title}</th>' if numeric else f"<th>{title}</th>"
+        for title, numeric in (
+            ("topic", False),
+            ("type", False),
+            ("messages", True),
+            ("rate Hz", True),
+            ("longest gap s", True),
+            ("header - record s", True),
+            ("not used because", False),
+        )
+    )
+    rows = "".join(_topic(topic, why.get(topic.name, "")) for topic in inspection.topics)
+    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
+
+
+def _topic(topic: TopicReport, reason: str) -> str:
+    figures = (f"{topic.count}", _number(topic.rate_hz), _number(topic.gap_max_s), _number(topic.clock_offset_s))
+    cells = "".join(f'<td class="n">{figure}</td>' for figure in figures)
+    told = [reason]
+    if topic.backwards:
+        told.append(f"{topic.backwards} stamps run backwards")
+    if topic.zero_stamps:
+        told.append(f"{topic.zero_stamps} empty stamps")
+    if topic.unreadable:
+        told.append(f"{topic.unreadable} unreadable")
+    text = escape("; ".join(part for part in told if part))
+    name, kind = escape(topic.name), escape(topic.type)
+    return f'<tr><td><code>{name}</code></td><td class="dim">{kind}</td>{cells}<td class="dim">{text}</td></tr>'
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+
+
+def _timeline(density: dict[str, Int64[Array, " bins"]], seconds: float) -> str:
+    """A lane a topic: the fuller a portion of time, the darker; empty portions stay empty."""
+    left, wide, lane = 300, 760, 20
+    height = lane * len(density) + 30
+    parts = [f'<div class="wide"><svg viewBox="0 0 {left + wide} {height}" role="img" style="min-width:640px">']
+    for number, (topic, counts) in enumerate(sorted(density.items())):
+        top = number * lane
+        shown = topic if len(topic) <= 46 else f"...{topic[-43:]}"
+        parts.append(f'<text x="0" y="{top + 13}">{escape(shown)}</text>')
+        parts.append(f'<rect class="lane" x="{left}" y="{top + 2}" width="{wide}" height="{lane - 5}"/>')
+        usual = float(np.median(counts[counts > 0])) if counts.any() else 1.0
+        levels = np.minimum(np.ceil(4 * counts / usual) / 4, 1.0)
+        edges = np.flatnonzero(np.diff(levels, prepend=-1.0, append=-1.0))
+        for first, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+            if levels[first] > 0:
+                x, width = left + first * wide / counts.size, (end - first) * wide / counts.size
+                parts.append(
+                    f'<rect class="bar" x="{x:.1f}" y="{top + 2}" width="{width:.1f}" height="{lane - 5}" '
+                    f'opacity="{levels[first]:.2f}"/>'
+                )
+    for share in (0.0, 0.25, 0.5, 0.75, 1.0):
+        anchor = "start" if share == 0 else "end" if share == 1 else "middle"
+        x = left + share * wide
+        label = f"{share * seconds:.1f} s"
+        parts.append(f'<text class="dim" x="{x:.0f}" y="{height - 8}" text-anchor="{anchor}">{label}</text>')
+    return "".join([*parts, "</svg></div>"])
+
+
+def _cloud(cloud: Cloud) -> str:
+    above = html_figure(cloud.above, "png", f"{cloud.points} points at {cloud.at_s:.1f} s from above, x up, 60 m wide")
+    side = html_figure(cloud.side, "png", "from the side, x to the right; colour is intensity, or height without it")
+    return f'<div class="row">{above}{side}</div>'
+
+
+def _path(path: Float64[Array, "n 3"]) -> str:
+    """X up and y left, as seen from above by the robot at its start; with a scale."""
+    across, down = -path[:, 2], -path[:, 1]
+    low_x, low_y = float(across.min()), float(down.min())
+    extent = max(float(np.ptp(across)), float(np.ptp(down)), 1.0)
+    size, margin = 460.0, 30.0
+    scale = size / extent
+    x, y = margin + (across - low_x) * scale, margin + (down - low_y) * scale
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
+    bar_m = 10.0 ** np.floor(np.log10(extent / 2))
+    wide, tall = 2 * margin + float(np.ptp(across)) * scale, 2 * margin + float(np.ptp(down)) * scale + 30
+    wide = max(wide, 2 * margin + bar_m * scale + 60)
+    length = float(np.linalg.norm(np.diff(path[:, 1:], axis=0), axis=1).sum())
+    foot = tall - 12
+    return (
+        f'<svg viewBox="0 0 {wide:.0f} {tall:.0f}" role="img" style="max-width:{wide:.0f}px">'
+        f'<polyline class="path" points="{points}"/>'
+        f'<circle class="bar" cx="{x[0]:.1f}" cy="{y[0]:.1f}" r="5"/>'
+        f'<text x="{x[0] + 8:.1f}" y="{y[0] + 4:.1f}">start</text>'
+        f'<text x="{x[-1] + 8:.1f}" y="{y[-1] + 4:.1f}">end</text>'
+        f'<path class="scale" d="M{margin:.0f} {foot:.0f}h{bar_m * scale:.1f}"/>'
+        f'<text x="{margin + bar_m * scale + 6:.1f}" y="{foot + 4:.0f}">{bar_m:g} m</text></svg>'
+        f'<p class="dim">{length:.1f} m by the odometry</p>'
+    )
+
+
+def _speed(path: Float64[Array, "n 3"]) -> str:
+    """Metres a second between poses, smoothed over the width of a pixel."""
+    wide, tall, bins = 760, 90, 240
+    time_s, steps = path[1:, 0], np.linalg.norm(np.diff(path[:, 1:], axis=0), axis=1)
+    at = np.minimum(((time_s - path[0, 0]) / max(float(np.ptp(path[:, 0])), 1e-9) * (bins - 1)).astype(int), bins - 1)
+    covered, lasted = np.zeros(bins), np.zeros(bins)
+    np.add.at(covered, at, steps)
+    np.add.at(lasted, at, np.diff(path[:, 0]))
+    there = lasted > 0
+    speed = covered[there] / lasted[there]
+    highest = max(float(speed.max(initial=0.0)), 1e-9)
+    x, y = np.flatnonzero(there) * wide / bins, tall - 14 - speed / highest * (tall - 30)
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
+    return (
+        f'<svg viewBox="0 0 {wide} {tall}" role="img"><polyline class="path" points="{points}"/>'
+        f'<text class="dim" x="0" y="12">{highest:.2f} m/s</text></svg>'
+    )

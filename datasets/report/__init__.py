@@ -1,1 +1,0 @@
-"""A recording as one page that opens anywhere."""

@@ -1,0 +1,1 @@
+"""The robot: which topic feeds which stream, and where its sensors sit."""

@@ -1,0 +1,264 @@
+"""What is fixed about a robot: its topics, frames, joints, mounting and size."""
+
+import math
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+
+import yaml
+
+from navtool.base.errors import DatasetsError
+from navtool.base.from_plain import from_plain
+from navtool.base.lineage import plain
+
+NO_TOPIC = "none"
+"""As the only candidate of a stream: the robot's recordings have this topic, but it is not wanted."""
+
+_MOUNTED = ("image", "lidar", "imu", "odometry")
+_DISTORTION_LENGTHS = {"none": (0,), "plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,)}
+
+
+@dataclass(kw_only=True, slots=True)
+class TopicCandidates:
+    """Topic names per stream, best first; the first one that the recording has with messages is taken.
+
+    A name with a leading slash is matched whole; ``platform/odom`` without one matches in any namespace.
+    An empty list means that a topic is proposed from the types and names; ``[none]`` leaves the stream out.
+    """
+
+    image: list[str] = field(default_factory=list)
+    """Image or CompressedImage of the front camera."""
+    camera_info: list[str] = field(default_factory=list)
+    """CameraInfo of that camera; proposed: the one in the image's namespace."""
+    lidar: list[str] = field(default_factory=list)
+    """PointCloud2 of the LiDAR, unfiltered and in the sensor's frame; VLP-16 packets, Livox's CustomMsg, LaserScan; if
+    named, the old PointCloud."""
+    odometry: list[str] = field(default_factory=list)
+    """Odometry in a smooth local frame; if named, a PoseStamped, whose differences then give the speeds."""
+    imu: list[str] = field(default_factory=list)
+    """Imu at its native rate."""
+    joints: list[str] = field(default_factory=list)
+    """JointState."""
+    battery: list[str] = field(default_factory=list)
+    """BatteryState, or if named a vendor's state or a Float32 or Float64 with the current in A."""
+    command: list[str] = field(default_factory=list)
+    """Twist or TwistStamped, or if named Odometry or Joy: the velocity asked of the robot."""
+    intervention: list[str] = field(default_factory=list)
+    """std_msgs Bool: true while an operator overrides the robot; or if named a vendor's state with a stop or pedals."""
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            names: list[str] = getattr(self, entry.name)
+            if any(not name.strip("/ ") for name in names):
+                raise DatasetsError(
+                    f"an empty topic name in {names}", where=f"topics.{entry.name}", cure="remove it, or name a topic"
+                )
+            if NO_TOPIC in names and len(names) > 1:
+                raise DatasetsError(
+                    f"'{NO_TOPIC}' stands beside topics in {names}",
+                    where=f"topics.{entry.name}",
+                    cure=f"write [{NO_TOPIC}] alone to leave the stream out, or remove it",
+                )
+
+
+@dataclass(kw_only=True, slots=True)
+class CameraFallback:
+    """Calibration of the front camera, used only where a recording has no CameraInfo."""
+
+    width: int
+    """Width of the calibrated image in pixels."""
+    height: int
+    """Height of the calibrated image in pixels."""
+    fx: float
+    """Focal length along columns in pixels."""
+    fy: float
+    """Focal length along rows in pixels."""
+    cx: float
+    """Principal point's column in pixels."""
+    cy: float
+    """Principal point's row in pixels."""
+    distortion_model: str = "none"
+    """none, plumb_bob, rational_polynomial or equidistant."""
+    distortion: list[float] = field(default_factory=list)
+    """Coefficients in OpenCV's order; plumb_bob 4 or 5, rational_polynomial 8, equidistant 4."""
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height", "fx", "fy"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise DatasetsError(
+                    f"{name} = {value} px is not positive",
+                    where="camera",
+                    cure="give it in pixels of the calibrated image",
+                )
+        lengths = _DISTORTION_LENGTHS.get(self.distortion_model)
+        if lengths is None:
+            raise DatasetsError(
+                f"unknown distortion model {self.distortion_model!r}",
+                where="camera.distortion_model",
+                cure=f"use one of {', '.join(_DISTORTION_LENGTHS)}",
+            )
+        if len(self.distortion) not in lengths or not all(math.isfinite(value) for value in self.distortion):
+            raise DatasetsError(
+                f"{self.distortion} are not the coefficients of {self.distortion_model}",
+                where="camera.distortion",
+                cure=f"give {' or '.join(map(str, lengths))} finite numbers",
+            )
+
+
+@dataclass(kw_only=True, slots=True)
+class Mounting:
+    """Pose of a sensor's frame in the base frame, used only where a recording's tf has no path between them."""
+
+    xyz_m: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Position in the base frame: forward, left, up."""
+    rpy_rad: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Roll, pitch, yaw about the base's fixed axes; of the optical frame (z forward, x right) for the camera."""
+
+    def __post_init__(self) -> None:
+        for name, unit in (("xyz_m", "metres"), ("rpy_rad", "radians")):
+            values: list[float] = getattr(self, name)
+            if len(values) != 3 or not all(math.isfinite(value) for value in values):
+                raise DatasetsError(
+                    f"{values} are not three finite numbers", where=name, cure=f"give three numbers in {unit}"
+                )
+        if any(abs(value) > 2 * math.pi for value in self.rpy_rad):
+            raise DatasetsError(
+                f"{self.rpy_rad} rad is more than a full turn", where="rpy_rad", cure="give radians, not degrees"
+            )
+
+
+@dataclass(kw_only=True, slots=True)
+class JoyCommand:
+    """How a joystick (sensor_msgs/Joy) asks for a velocity, where the recording has no commands but its axes."""
+
+    forward_axis: int
+    """Axis of the forward speed, from 0."""
+    forward_mps: float
+    """Speed that the axis asks for at +1; negative where forward is -1."""
+    turn_axis: int
+    """Axis of the turning rate, from 0."""
+    turn_radps: float
+    """Rate to the left that the axis asks for at +1; negative where left is -1."""
+    left_axis: int = -1
+    """Axis of the speed to the left; -1 for none."""
+    left_mps: float = 0.0
+    """Speed to the left that the axis asks for at +1."""
+    dead_zone: float = 0.02
+    """Deflection below which an axis counts as released, in [0, 1)."""
+    enable_button: int = -1
+    """Button without which the robot stands; -1 for none."""
+
+    def __post_init__(self) -> None:
+        for name in ("forward_axis", "turn_axis"):
+            if not 0 <= getattr(self, name) < 64:
+                raise DatasetsError(f"{name} = {getattr(self, name)}", where="joy", cure="count the axes from 0")
+        if not 0 <= self.dead_zone < 1:
+            raise DatasetsError(f"dead_zone = {self.dead_zone}", where="joy", cure="give a share in [0, 1)")
+        for name in ("forward_mps", "turn_radps", "left_mps"):
+            if not abs(getattr(self, name)) <= 50:
+                raise DatasetsError(f"{name} = {getattr(self, name)}", where="joy", cure="give m/s and rad/s")
+
+
+@dataclass(kw_only=True, slots=True)
+class RobotConfig:
+    """One robot as its recordings see it; every stream that is left open is proposed from each recording."""
+
+    name: str = "robot"
+    """Written into the data set as its robot type."""
+    task: str = "navigate"
+    """What the robot does in these recordings, in a few words."""
+    topics: TopicCandidates = field(default_factory=TopicCandidates)
+    """Candidate topics per stream."""
+    base_frame: str = "base_link"
+    """The tf frame whose axes the data set uses: x forward, y left, z up."""
+    base_height_m: float = 0.0
+    """Height of the base frame's origin above the ground, in [0, 5]."""
+    joint_names: list[str] = field(default_factory=list)
+    """Joints in the data set's order; empty takes the first message's order."""
+    width_m: float = 0.5
+    """Width of the swath that the robot drives over, in (0, 5]."""
+    battery_current_sign: int = -1
+    """Sign that a discharging current has in the recordings; sensor_msgs says negative. The data set's is positive.
+
+    0 where it is not known: then each recording's median current is taken for a discharge, and a note says so.
+    """
+    odometry_yaw_rad: float = 0.0
+    """Added to the yaw of the odometry's poses, in the body's own frame; where x of its body does not look forward."""
+    joy: JoyCommand | None = None
+    """What the axes of a joystick mean that stands in for commands; None where there is none."""
+    camera: CameraFallback | None = None
+    """Calibration where a recording has none; None leaves such recordings without one."""
+    mounting: dict[str, Mounting] = field(default_factory=dict)
+    """Poses by ``image``, ``lidar``, ``imu`` or ``odometry`` (its child) where tf has no path to the base frame."""
+
+    def __post_init__(self) -> None:
+        if not self.name.strip():
+            raise DatasetsError("the robot has no name", where="name", cure="give one, such as husky")
+        if not self.base_frame.strip():
+            raise DatasetsError(
+                "the base frame has no name", where="base_frame", cure="give a tf frame, such as base_link"
+            )
+        if not 0.0 <= self.base_height_m <= 5.0:
+            raise DatasetsError(
+                f"{self.base_height_m} m is outside [0, 5] m",
+                where="base_height_m",
+                cure="give the height of the base frame's origin above the ground in metres",
+            )
+        if not 0.0 < self.width_m <= 5.0:
+            raise DatasetsError(
+                f"{self.width_m} m is outside (0, 5] m", where="width_m", cure="give the robot's width in metres"
+            )
+        if self.battery_current_sign not in (-1, 0, 1):
+            raise DatasetsError(
+                f"{self.battery_current_sign} is none of -1, 0 and 1",
+                where="battery_current_sign",
+                cure="give 1 where a discharging current is positive in the recordings, -1 where it is negative, 0 "
+                "where that is not known",
+            )
+        if not abs(self.odometry_yaw_rad) <= math.pi:
+            raise DatasetsError(
+                f"{self.odometry_yaw_rad} rad is more than half a turn",
+                where="odometry_yaw_rad",
+                cure="give radians in [-pi, pi], not degrees",
+            )
+        repeated = sorted({joint for joint in self.joint_names if self.joint_names.count(joint) > 1})
+        if repeated:
+            raise DatasetsError(f"{', '.join(repeated)} named twice", where="joint_names", cure="name every joint once")
+        unknown = sorted(set(self.mounting) - set(_MOUNTED))
+        if unknown:
+            raise DatasetsError(
+                f"unknown sensors {', '.join(unknown)}", where="mounting", cure=f"known are {', '.join(_MOUNTED)}"
+            )
+
+
+def load_robot_file(path: Path) -> RobotConfig:
+    """The robot described by a YAML file, as ``save_robot_file`` writes it.
+
+    Raises:
+        DatasetsError: If the file cannot be read, is not YAML, or has unknown keys or wrong values; all are named.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DatasetsError(
+            f"cannot be read ({error.strerror})", where=path, cure="check the path of the robot file"
+        ) from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        first = " ".join(str(error).split())
+        raise DatasetsError(f"is not YAML: {first}", where=path, cure="correct the file's syntax") from error
+    return from_plain(RobotConfig, content, where=path)
+
+
+def save_robot_file(robot: RobotConfig, path: Path) -> None:
+    """Write the robot as YAML that ``load_robot_file`` reads back equal; an existing file is replaced.
+
+    Raises:
+        DatasetsError: If the file cannot be written.
+    """
+    text = yaml.safe_dump(plain(robot), sort_keys=False, allow_unicode=True, default_flow_style=None, width=120)
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise DatasetsError(
+            f"cannot be written ({error.strerror})", where=path, cure="choose a folder that can be written"
+        ) from error

@@ -1,0 +1,165 @@
+"""Which topic of a recording feeds which stream of the data set, and what is left over and why."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from navtool.base.errors import DatasetsError
+from navtool.datasets.recording import Topic
+from navtool.datasets.robot.config import NO_TOPIC, TopicCandidates
+from navtool.datasets.robot.topic_score import (
+    IMAGE_TYPES,
+    PLANAR_TYPES,
+    STREAM_TYPES,
+    camera_name,
+    camera_namespaces,
+    foxglove,
+    name_score,
+    readable_types,
+)
+from navtool.datasets.robot.topic_unused import UnusedTopic, unused_topics
+
+TRANSFORM_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage", *foxglove("FrameTransform", "FrameTransforms"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TopicMap:
+    """The topic of every stream, None where the recording has none; and every other topic with the reason."""
+
+    image: str | None = None
+    camera_info: str | None = None
+    lidar: str | None = None
+    odometry: str | None = None
+    imu: str | None = None
+    joints: str | None = None
+    battery: str | None = None
+    command: str | None = None
+    intervention: str | None = None
+    transforms: tuple[str, ...] = ()
+    """All tf topics with messages; they are always read."""
+    not_used: tuple[UnusedTopic, ...] = ()
+    """Every other topic, by name."""
+    notes: tuple[str, ...] = ()
+    """What a user should look at: guesses, absent candidates."""
+
+    def streams(self) -> dict[str, str]:
+        """Stream name to topic, of the streams that have one, in the data set's order."""
+        chosen = {stream: getattr(self, stream) for stream in STREAM_TYPES}
+        return {stream: topic for stream, topic in chosen.items() if topic is not None}
+
+    def topics(self) -> tuple[str, ...]:
+        """Every topic that is read, transforms included, without repetition."""
+        return tuple(dict.fromkeys((*self.streams().values(), *self.transforms)))
+
+
+def propose_topic_map(topics: Sequence[Topic]) -> TopicMap:
+    """The map that types and names suggest; deterministic, and independent of the topics' order.
+
+    A topic without messages is never chosen. Among topics of a fitting type the name decides (front before rear,
+    colour before depth, a local odometry before one with GPS); equal names' scores go to the shorter name. A planar
+    scan is chosen only where there is no other cloud.
+    """
+    return resolve_topic_map(TopicCandidates(), topics)
+
+
+def resolve_topic_map(candidates: TopicCandidates, topics: Sequence[Topic]) -> TopicMap:
+    """The map that a robot's candidates give for this recording.
+
+    Per stream the first candidate that has messages is taken. Where none has, the stream stays empty with a note:
+    a named stream is never replaced by a guess. A stream without candidates is proposed.
+
+    Raises:
+        DatasetsError: If a candidate is in the recording with another message type; all such are named.
+    """
+    listed = _listed(topics)
+    faults: list[str] = []
+    notes: list[str] = []
+    chosen: dict[str, str | None] = {}
+    for stream in STREAM_TYPES:
+        wanted: list[str] = getattr(candidates, stream)
+        if wanted == [NO_TOPIC]:
+            chosen[stream] = None
+        elif wanted:
+            chosen[stream] = _first_candidate(stream, wanted, listed, faults, notes)
+        elif stream == "camera_info":
+            chosen[stream] = _camera_info_of(chosen["image"], listed, notes)
+        else:
+            chosen[stream] = _best_by_name(stream, listed, notes)
+    lidar = chosen["lidar"]
+    if lidar is not None and listed[lidar].type in PLANAR_TYPES:
+        notes.append(f"lidar: {lidar} is a planar scan: its clouds are a line of points at the scanner's height")
+    if faults:
+        raise DatasetsError("; ".join(faults), where="topics", cure="correct the robot's candidate topics")
+    transforms = tuple(sorted(t.name for t in listed.values() if t.type in TRANSFORM_TYPES and t.count > 0))
+    return TopicMap(
+        **chosen, transforms=transforms, not_used=unused_topics(topics, chosen, transforms), notes=tuple(notes)
+    )
+
+
+def _listed(topics: Sequence[Topic]) -> dict[str, Topic]:
+    """The topics by name; one that carries messages of several types cannot feed a stream and is left out."""
+    carrying = Counter(topic.name for topic in topics if topic.count > 0)
+    return {topic.name: topic for topic in topics if carrying[topic.name] == (1 if topic.count else 0)}
+
+
+def _first_candidate(
+    stream: str, wanted: Sequence[str], listed: Mapping[str, Topic], faults: list[str], notes: list[str]
+) -> str | None:
+    empty: list[str] = []
+    for candidate in wanted:
+        for name in _matches(candidate, listed):
+            topic = listed[name]
+            if topic.type not in readable_types(stream):
+                faults.append(f"{stream}: {name} is {topic.type}, wanted {' or '.join(readable_types(stream))}")
+            elif topic.count == 0:
+                empty.append(name)
+            else:
+                return name
+    found = f"; {', '.join(empty)} without messages" if empty else ""
+    others = sorted(t.name for t in listed.values() if t.type in STREAM_TYPES[stream] and t.count > 0)
+    hint = f"; by type it could be {', '.join(others)}" if others else ""
+    notes.append(f"{stream}: the recording has none of {', '.join(wanted)}{found}{hint}")
+    return None
+
+
+def _matches(candidate: str, listed: Mapping[str, Topic]) -> list[str]:
+    if candidate.startswith("/"):
+        return [candidate] if candidate in listed else []
+    return sorted((name for name in listed if f"/{name}".endswith(f"/{candidate}")), key=lambda name: (len(name), name))
+
+
+def _best_by_name(stream: str, listed: Mapping[str, Topic], notes: list[str]) -> str | None:
+    scored = [
+        (topic.type in PLANAR_TYPES, -score, _transport_rank(topic.name, topic.type), len(topic.name), topic.name)
+        for topic in listed.values()
+        if topic.type in STREAM_TYPES[stream] and topic.count > 0
+        if (score := name_score(stream, topic.name)) is not None
+    ]
+    if not scored:
+        return None
+    (planar, cost, _, _, name), *others = sorted(scored)
+    if cost > 0:
+        notes.append(f"{stream}: {name} is taken for its type alone, its name hints at something else")
+    elif others and others[0][:2] == (planar, cost) and camera_name(others[0][-1]) != camera_name(name):
+        notes.append(f"{stream}: {name} and {others[0][-1]} fit equally; name one in the robot file")
+    return name
+
+
+def _transport_rank(name: str, kind: str) -> int:
+    """Raw before compressed of the same camera: what was lost in encoding does not come back."""
+    return int(kind != IMAGE_TYPES[0] or camera_name(name) != name)
+
+
+def _camera_info_of(image: str | None, listed: Mapping[str, Topic], notes: list[str]) -> str | None:
+    infos = sorted(t.name for t in listed.values() if t.type in STREAM_TYPES["camera_info"] and t.count > 0)
+    if image is None or not infos:
+        return None
+    for namespace in camera_namespaces(image):
+        if f"{namespace}/camera_info" in infos:
+            return f"{namespace}/camera_info"
+    cameras = {camera_name(t.name) for t in listed.values() if t.type in IMAGE_TYPES and t.count > 0}
+    if len(infos) == 1 and len(cameras) == 1:
+        notes.append(f"camera_info: {infos[0]} is the only calibration, taken for {image}")
+        return infos[0]
+    notes.append(f"camera_info: none in the namespace of {image}; the recording has {', '.join(infos)}")
+    return None

@@ -1,0 +1,121 @@
+"""Why a topic of a recording feeds no stream of the data set."""
+
+import re
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+from navtool.datasets.recording import Topic
+from navtool.datasets.robot.topic_score import (
+    IMAGE_TYPES,
+    NAMED_TYPES,
+    PLANAR_TYPES,
+    STREAM_TYPES,
+    camera_name,
+    name_score,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class UnusedTopic:
+    """A topic that is in the recording and not in the data set."""
+
+    name: str
+    type: str
+    count: int
+    reason: str
+
+
+_WHAT = {
+    "camera_info": "calibration of a camera that is not used",
+    "lidar": "another point cloud",
+    "odometry": "another odometry",
+    "imu": "another IMU",
+    "joints": "other joints",
+    "battery": "another battery",
+    "command": "another velocity",
+    "intervention": "another flag",
+}
+
+_BY_TYPE = (
+    (r"^sensor_msgs/msg/MultiEchoLaserScan$", "a planar scan of several echoes; record one of them as a LaserScan"),
+    (
+        r"^sensor_msgs/msg/PointCloud$",
+        "the old cloud type, of sensors or of features; name it as lidar in the robot file",
+    ),
+    (
+        r"(PandarScan|PacketMsg|Packets?)$",
+        "raw packets of a sensor, which are not decoded; record its driver's PointCloud2",
+    ),
+    (r"^foxglove(\.|_msgs/msg/)CompressedVideo$", "a video stream, whose frames need those before them; record images"),
+    (r"^foxglove(\.|_msgs/msg/)PoseInFrame$", "poses without speeds; name it as odometry in the robot file"),
+    (r"^sensor_msgs/msg/(NavSatFix|NavSatStatus)$", "satellite positions have no column in the data set"),
+    (
+        r"^geometry_msgs/msg/Pose(WithCovariance)?Stamped$",
+        "poses without speeds; name it as odometry in the robot file if they are the robot's own",
+    ),
+    (r"^sensor_msgs/msg/Joy$", "joystick axes are not velocities; name it as command, with `joy`, in the robot file"),
+)
+"""First match wins: regular expression on the type, reason."""
+
+_STANDARD = re.compile(
+    r"^((std|geometry|sensor|nav|diagnostic|visualization|trajectory|stereo|shape|rosgraph)_msgs|rcl_interfaces)/"
+)
+
+
+def unused_topics(
+    topics: Sequence[Topic], chosen: Mapping[str, str | None], transforms: Collection[str]
+) -> tuple[UnusedTopic, ...]:
+    """Every topic that is neither chosen for a stream nor a transform, by name, with the reason."""
+    used = {name for name in chosen.values() if name is not None} | set(transforms)
+    left = [topic for topic in topics if topic.name not in used or topic.count == 0]
+    rest = sorted(left, key=lambda topic: (topic.name, topic.type))
+    several = {name for name, kinds in Counter(topic.name for topic in rest if topic.count).items() if kinds > 1}
+    return tuple(
+        UnusedTopic(
+            name=topic.name,
+            type=topic.type,
+            count=topic.count,
+            reason="carries messages of several types" if topic.name in several else _reason(topic, chosen),
+        )
+        for topic in rest
+    )
+
+
+def _reason(topic: Topic, chosen: Mapping[str, str | None]) -> str:
+    if topic.count == 0:
+        return "no messages"
+    if topic.type in IMAGE_TYPES:
+        return _image_reason(topic.name, chosen["image"])
+    for stream, kinds in STREAM_TYPES.items():
+        if topic.type in kinds:
+            return _stream_reason(stream, topic, chosen[stream])
+    for pattern, reason in _BY_TYPE:
+        if re.search(pattern, topic.type):
+            return reason
+    named = [stream for stream, kinds in NAMED_TYPES.items() if topic.type in kinds]
+    if named:
+        return f"read as {' or '.join(named)} only where the robot file names it"
+    if _STANDARD.match(topic.type):
+        return "no stream of the data set takes this type"
+    return f"no decoder for {topic.type}"
+
+
+def _image_reason(name: str, image: str | None) -> str:
+    if name_score("image", name) is None:
+        return "a depth or derived image; the data set takes colour images"
+    if image is None:
+        return "a camera, and no camera is wanted"
+    same = camera_name(name) == camera_name(image)
+    return f"the same images as {image} in another encoding" if same else f"another camera; {image} is used"
+
+
+def _stream_reason(stream: str, topic: Topic, used: str | None) -> str:
+    if used is not None:
+        what = "a planar scan" if topic.type in PLANAR_TYPES else _WHAT[stream]
+        return f"{what}; {used} is used"
+    if stream == "camera_info":
+        return _WHAT[stream]
+    if name_score(stream, topic.name) is None:
+        return f"its name does not say that it is the {stream}; name it in the robot file if it is"
+    return f"not among the robot's candidates for {stream}"

@@ -1,0 +1,51 @@
+"""An episode's files before they are part of the data set."""
+
+import shutil
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from navtool.datasets.store.stats import Stats
+
+
+@dataclass(frozen=True, slots=True)
+class Numbering:
+    """An episode's place in the data set."""
+
+    episode_index: int
+    index_from: int
+    """Number of rows before it."""
+
+
+@dataclass(slots=True)
+class EpisodeFolder:
+    """The staged files of one episode, laid out as they will be in the data set."""
+
+    root: Path
+    numbering: Numbering
+    rows: int = 0
+    stats: dict[str, Stats] = field(default_factory=dict)
+
+    @property
+    def data(self) -> Path:
+        """The staged data file."""
+        return self.root / "data.parquet"
+
+    @property
+    def video(self) -> Path:
+        """The staged video."""
+        return self.root / "video.mp4"
+
+    @property
+    def beside(self) -> Path:
+        """The staged folder of what LeRobot does not hold."""
+        return self.root / "episode"
+
+
+def streams_folder(staged: Path) -> Path:
+    """Where, in an episode's staged folder, the small streams lie at their own rates."""
+    return staged / "episode" / "streams"
+
+
+def discard(folder: Path) -> None:
+    """Take a staged episode away."""
+    shutil.rmtree(folder, ignore_errors=True)

@@ -1,0 +1,1 @@
+"""Streams of a recording: read, put on one clock, aligned and synchronised."""

@@ -1,0 +1,227 @@
+"""First pass over a recording: every time stamp, and the small streams in full."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float64, Int64
+
+from navtool.base.errors import DatasetsError
+from navtool.datasets.decode.messages import (
+    CameraInfoSample,
+    Decoded,
+    ImageFrame,
+    PointCloud,
+    Transform,
+    TransformsSample,
+)
+from navtool.datasets.recording import RawMessage, Recording
+from navtool.datasets.robot.config import JoyCommand
+from navtool.datasets.robot.topic_map import TopicMap
+from navtool.datasets.streams.clock import NO_STAMP
+from navtool.datasets.streams.fast_rows import FastRows
+from navtool.datasets.streams.rows import StreamRows, rows_of
+from navtool.pipeline.arrays import Array
+
+logger = logging.getLogger(__name__)
+
+LARGE = ("image", "lidar")
+"""Streams whose messages are decoded in the second pass only."""
+_TRIES = 5
+"""Messages of a large stream that may be broken before the stream counts as unreadable."""
+_MOST = 1e15
+"""No robot measures more, in whatever unit; sums and rates of such numbers still fit into the columns' float32."""
+
+
+@dataclass(slots=True)
+class StreamScan:
+    """What the first pass keeps of one stream, in the order of record."""
+
+    topic: str
+    header_ns: list[int] = field(default_factory=list)
+    record_ns: list[int] = field(default_factory=list)
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+    columns: tuple[str, ...] = ()
+    joint_names: tuple[str, ...] = ()
+    frame_id: str = ""
+    undecodable: int = 0
+    first_fault: str = ""
+    native_size: tuple[int, int] | None = None
+    beyond_measure: int = 0
+    """Numbers that ``values`` left out."""
+
+    @property
+    def stamps(self) -> tuple[Int64[Array, " n"], Int64[Array, " n"]]:
+        """Header stamps (-1 without header) and record times in ns."""
+        return np.array(self.header_ns, dtype=np.int64), np.array(self.record_ns, dtype=np.int64)
+
+    def values(self) -> Float64[Array, "n columns"]:
+        """The decoded rows of a small stream; numbers that are infinite or beyond 1e15 become NaN and are counted."""
+        table = np.array(self.rows, dtype=np.float64).reshape(len(self.rows), len(self.columns))
+        beyond = np.abs(table) > _MOST
+        self.beyond_measure = int(np.count_nonzero(beyond))
+        table[beyond] = np.nan
+        return table
+
+
+@dataclass(slots=True)
+class Scan:
+    """The first pass's result."""
+
+    topics: TopicMap
+    streams: dict[str, StreamScan]
+    camera_info: CameraInfoSample | None = None
+    transforms: list[Transform] = field(default_factory=list)
+    faults: dict[str, str] = field(default_factory=dict)
+    """Calibrations and transforms that cannot be used: the first fault by topic."""
+    unreadable: dict[str, StreamScan] = field(default_factory=dict)
+    """Streams of which not one message can be decoded."""
+
+
+def scan_recording(
+    recording: Recording,
+    topics: TopicMap,
+    joint_names: tuple[str, ...],
+    joy: JoyCommand | None = None,
+    reached: Callable[[int], None] | None = None,
+) -> Scan:
+    """Read every mapped topic once, in the order of record.
+
+    Images and clouds are not decoded beyond the first one (for its frame and size); every other stream is kept in
+    full. A message that cannot be decoded is counted with its reason and does not end the pass.
+
+    Args:
+        joint_names: Order of the joints' columns; empty takes the first message's.
+        joy: What a joystick's axes mean, where one feeds the command.
+        reached: Called with the record time of each message read.
+
+    Raises:
+        DatasetsError: If the recording cannot be read on, or no image or cloud of a mapped stream can be decoded.
+    """
+    by_topic: dict[str, list[str]] = {}
+    for stream, topic in topics.streams().items():
+        by_topic.setdefault(topic, []).append(stream)
+    kinds = {topic.name: topic.type for topic in recording.topics}
+    static = tuple(x for x in topics.transforms if x.endswith("tf_static") or kinds[x].startswith("foxglove"))
+    scan = Scan(topics, {name: StreamScan(topic) for name, topic in topics.streams().items() if name != "camera_info"})
+    if "joints" in scan.streams:
+        scan.streams["joints"].joint_names = joint_names
+    fast = FastRows(recording)
+    for raw in recording.messages((*by_topic, *static)):
+        message = _Message(recording, raw)
+        for stream in by_topic.get(raw.topic, ("transforms",)):
+            if stream in ("transforms", "camera_info"):
+                _add_geometry(scan, recording, raw)
+            elif stream in LARGE:
+                _add_stamp(scan.streams[stream], recording, raw)
+            else:
+                _add_row(scan.streams[stream], stream, joy, message, fast)
+        if reached is not None:
+            reached(raw.record_ns)
+    for stream in LARGE:
+        if stream in scan.streams:
+            _require_decodable(scan.streams[stream], stream)
+    scan.unreadable = {name: x for name, x in scan.streams.items() if not x.record_ns and x.undecodable}
+    scan.streams = {name: stream for name, stream in scan.streams.items() if stream.record_ns}
+    return scan
+
+
+def _add_stamp(stream: StreamScan, recording: Recording, raw: RawMessage) -> None:
+    try:
+        stamp = recording.header_stamp_ns(raw)
+    except DatasetsError as error:
+        _count_fault(stream, error)
+        stamp = 0  # keeps its place: the second pass counts messages in the order of record
+    stream.header_ns.append(NO_STAMP if stamp is None else stamp)
+    stream.record_ns.append(raw.record_ns)
+    if stream.frame_id == "" and stream.native_size is None and stream.undecodable < _TRIES:
+        try:
+            sample = recording.decode(raw)
+        except DatasetsError as error:
+            _count_fault(stream, error)
+            return
+        if isinstance(sample, ImageFrame):
+            stream.frame_id = sample.frame_id
+            stream.native_size = (sample.rgb.shape[1], sample.rgb.shape[0])
+        elif isinstance(sample, PointCloud):
+            stream.frame_id = sample.frame_id
+            stream.native_size = (len(sample.xyz), 1)
+
+
+@dataclass(slots=True)
+class _Message:
+    """A message that is decoded once, however many streams it feeds."""
+
+    recording: Recording
+    raw: RawMessage
+    _decoded: Decoded | DatasetsError | None = None
+
+    def decode(self) -> Decoded:
+        if self._decoded is None:
+            try:
+                self._decoded = self.recording.decode(self.raw)
+            except DatasetsError as error:
+                self._decoded = error
+        if isinstance(self._decoded, DatasetsError):
+            raise self._decoded
+        return self._decoded
+
+
+def _add_row(stream: StreamScan, name: str, joy: JoyCommand | None, message: _Message, fast: FastRows) -> None:
+    raw = message.raw
+    rows = _fast_row(stream, name, fast, raw)
+    if rows is None:
+        try:
+            rows = rows_of(message.decode(), name, stream.joint_names, joy)
+        except DatasetsError as error:
+            _count_fault(stream, error)
+            return
+    if not stream.columns:
+        stream.columns, stream.joint_names, stream.frame_id = rows.columns, rows.joint_names, rows.frame_id
+    stream.header_ns.append(NO_STAMP if rows.stamp_ns is None else rows.stamp_ns)
+    stream.record_ns.append(raw.record_ns)
+    stream.rows.append(rows.values)
+
+
+def _fast_row(stream: StreamScan, name: str, fast: FastRows, raw: RawMessage) -> StreamRows | None:
+    if name == "command" and not raw.type.endswith("/TwistStamped"):
+        return None
+    rows = fast.row(raw)
+    other = rows is not None and bool(stream.joint_names) and rows.joint_names != stream.joint_names
+    return None if other else rows
+
+
+def _add_geometry(scan: Scan, recording: Recording, raw: RawMessage) -> None:
+    """The first usable calibration, and every static transform; one that cannot be used is noted once a topic."""
+    if raw.topic == scan.topics.camera_info and scan.camera_info is not None:
+        return
+    try:
+        sample = recording.decode(raw)
+    except DatasetsError as error:
+        scan.faults.setdefault(raw.topic, error.what)
+        return
+    if isinstance(sample, CameraInfoSample):
+        scan.camera_info = sample
+    elif isinstance(sample, TransformsSample):
+        if raw.type.startswith("foxglove"):
+            # Static and moving frames share a topic: of each pair the first counts.
+            known = {(x.parent, x.child) for x in scan.transforms}
+            scan.transforms += [x for x in sample.transforms if (x.parent, x.child) not in known]
+        else:
+            scan.transforms.extend(sample.transforms)
+
+
+def _count_fault(stream: StreamScan, error: DatasetsError) -> None:
+    stream.undecodable += 1
+    stream.first_fault = stream.first_fault or error.what
+    logger.debug("%s: %s", stream.topic, error)
+
+
+def _require_decodable(stream: StreamScan, name: str) -> None:
+    if stream.record_ns and stream.native_size is None:
+        raise DatasetsError(
+            f"none of the first {stream.undecodable} messages can be decoded: {stream.first_fault}",
+            where=stream.topic,
+            cure=f"name another topic for '{name}', or leave the stream out with robot.topics.{name}=[none]",
+        )

@@ -1,0 +1,45 @@
+"""A small stream in the order of time, and the motion that an odometry tells."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from navtool.datasets.streams.clock import StreamTime
+from navtool.datasets.streams.motion import Motion
+from navtool.datasets.streams.scan import StreamScan
+from navtool.pipeline.arrays import Array
+
+
+@dataclass(frozen=True, slots=True)
+class TimedStream:
+    """A small stream in the order of time: stamps and values of the same messages."""
+
+    scan: StreamScan
+    time: StreamTime
+    values: Float64[Array, "kept columns"]
+
+    @classmethod
+    def of(cls, scan: StreamScan, time: StreamTime) -> "TimedStream":
+        """The stream's rows in the order of their stamps."""
+        return cls(scan, time, scan.values()[time.order])
+
+    def columns(self, *names: str) -> Float64[Array, "kept names"]:
+        """The named columns."""
+        return self.values[:, [self.scan.columns.index(name) for name in names]]
+
+
+def unit_quaternions(stream: TimedStream) -> Float64[Array, "kept 4"]:
+    """The attitudes of an odometry; one that was never set is level."""
+    quaternions = stream.columns("qx", "qy", "qz", "qw")
+    unset = np.linalg.norm(quaternions, axis=1) < 1e-6
+    return np.where(unset[:, None], np.array([0.0, 0.0, 0.0, 1.0]), quaternions)
+
+
+def motion_of(odometry: TimedStream | None, max_gap_s: float) -> Motion | None:
+    """The robot's motion by its odometry, where it has one."""
+    if odometry is None or not len(odometry.values):
+        return None
+    finite = np.isfinite(odometry.values).all(axis=1)
+    position = odometry.columns("x_m", "y_m", "z_m")[finite]
+    return Motion(odometry.time.stamps_ns[finite], position, unit_quaternions(odometry)[finite], max_gap_s)

@@ -1,0 +1,1 @@
+"""What walks along a recording or an episode, whatever the method."""
