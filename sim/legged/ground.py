@@ -49,16 +49,20 @@ class Ground:
     Args:
         terrain: The ground.
         model: The robot's model, whose contact parameters are set.
+
+    Attributes:
+        probes: MuJoCo's numbers of the balls that may meet the ground: feet, knees, corners of the trunk.
+        limbs: MuJoCo's numbers of the bodies that plants hold: shanks, thighs, trunk.
     """
 
     def __init__(self, terrain: Terrain, model: mujoco.MjModel) -> None:
         self._terrain = terrain
         self._model = model
-        self._probes = [model.geom(f"probe_{i}").id for i in range(PROBES)]
+        self.probes = [model.geom(f"probe_{i}").id for i in range(PROBES)]
         self._trunk = model.body("trunk").id
         # in the order of the probes at their lower ends
-        self._limbs = [model.body(f"{leg}_{part}").id for part in ("shank", "thigh") for leg in LEGS] + [self._trunk]
-        bodies = model.geom_bodyid[self._probes]
+        self.limbs = [model.body(f"{leg}_{part}").id for part in ("shank", "thigh") for leg in LEGS] + [self._trunk]
+        bodies = model.geom_bodyid[self.probes]
         self._per_kg = (1 - IMPEDANCE) * model.body_invweight0[bodies, 0]
         self._limb_per_kg: list[float] = model.body_invweight0[:, 0].tolist()
         self._jacobian = np.zeros((3, model.nv))
@@ -85,7 +89,7 @@ class Ground:
         MuJoCo's contact force is -(K r + C v + M a): K = -solref[0] / ((1 - d) w), C likewise from solref[1], and M =
         d / ((1 - d) w) a mass that moves with the foot, where d is the impedance and w the body's inverse weight.
         """
-        centre, radius = data.geom_xpos[self._probes[part]], PROBE_RADIUS_M[part]
+        centre, radius = data.geom_xpos[self.probes[part]], PROBE_RADIUS_M[part]
         point, normal, grip = self._terrain.contact(centre, radius)
         data.mocap_pos[part] = point
         quaternion = data.mocap_quat[part]
@@ -118,13 +122,13 @@ class Ground:
             freed: Whether they let go of it.
         """
         cover = self._grip[:, 4]
-        data.xfrc_applied[self._limbs, :3] = 0.0
+        data.xfrc_applied[self.limbs, :3] = 0.0
         if freed or not cover.any():
             return 0.0
         depth = self._cover_top_m - self._low_m
         total = 0.0
         drag, height_m, stems = self._grip[:9, 3:].T.tolist()
-        for i, (limb, deep) in enumerate(zip(self._limbs, depth[:9].tolist(), strict=True)):
+        for i, (limb, deep) in enumerate(zip(self.limbs, depth[:9].tolist(), strict=True)):
             length, height = (_TRUNK_M, 2.0 * PROBE_RADIUS_M[8]) if limb == self._trunk else (_LIMB_M, _LIMB_M)
             inside = length * min(max(deep / height, 0.0), 1.0)
             if inside > 0.0:

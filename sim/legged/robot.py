@@ -88,6 +88,13 @@ class LeggedRobot:
         config: The controller's gains.
         start: x and y in metres and yaw in radians where it begins.
 
+    Attributes:
+        obstacles: The solid things.
+        terrain: The ground's shape and grip.
+        model: MuJoCo's model of the robot.
+        data: MuJoCo's state of it; what is written into it counts from the next step on.
+        ground: What presses and holds it.
+
     Raises:
         SimError: The footing or an obstacle is out of range, or one stands where the robot begins.
     """
@@ -105,13 +112,13 @@ class LeggedRobot:
         self._gait = gait
         self._gaits = [(0.0, gait)]
         self.terrain = Terrain(footing)
-        self._model = build(self.obstacles)
-        self._data = mujoco.MjData(self._model)
-        self._controller = Controller(self._model, GAITS[gait], config or ControllerConfig())
-        self._ground = Ground(self.terrain, self._model)
-        self._recorder = Recorder(self._data, _STEPS)
-        self._trunk = self._model.body("trunk").id
-        self._first_obstacle = self._model.geom("obstacle_0").id if self.obstacles else 0
+        self.model = build(self.obstacles)
+        self.data = mujoco.MjData(self.model)
+        self._controller = Controller(self.model, GAITS[gait], config or ControllerConfig())
+        self.ground = Ground(self.terrain, self.model)
+        self._recorder = Recorder(self.data, _STEPS)
+        self._trunk = self.model.body("trunk").id
+        self._first_obstacle = self.model.geom("obstacle_0").id if self.obstacles else 0
         self.reset(*start)
 
     def set_gait(self, gait: GaitName) -> None:
@@ -125,13 +132,18 @@ class LeggedRobot:
         """From when on, in seconds since the reset, it walks in which gait."""
         return tuple(self._gaits)
 
+    @property
+    def felt_friction(self) -> float:
+        """The coefficient of friction that the controller reckons with, as its feet have felt it since the reset."""
+        return self._controller.grip.friction
+
     def reset(self, x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0) -> LeggedState:
         """Stand on the ground at a place, at rest, and forget what happened before.
 
         Raises:
             SimError: An obstacle is in the way.
         """
-        data, model = self._data, self._model
+        data, model = self.data, self.model
         mujoco.mj_resetData(model, data)
         model.actuator_biasprm[:, 1:3] = 0.0
         data.qpos[:3] = x_m, y_m, 0.0
@@ -145,7 +157,7 @@ class LeggedRobot:
             down = float(ground[leg]) + FOOT_RADIUS_M - float(data.qpos[2])
             data.qpos[7 + 3 * leg : 10 + 3 * leg] = joints_for_foot(_STAND_X_M, HIP_OFFSET_M * side, down, side)
         mujoco.mj_kinematics(model, data)
-        self._ground.reset(data)
+        self.ground.reset(data)
         mujoco.mj_forward(model, data)
         self._controller.reset(data, GAITS[self._gait])
         self._gaits = [(0.0, self._gait)]
@@ -183,8 +195,8 @@ class LeggedRobot:
 
     def state(self) -> LeggedState:
         """Return the state now."""
-        x, y, z, qw, qx, qy, qz = self._data.qpos[:7].tolist()
-        vx, vy, vz, roll, pitch, yaw = self._data.qvel[:6].tolist()
+        x, y, z, qw, qx, qy, qz = self.data.qpos[:7].tolist()
+        vx, vy, vz, roll, pitch, yaw = self.data.qvel[:6].tolist()
         a, b, c, d = self._force_n.tolist()
         touched = self._touched()
         return LeggedState(
@@ -210,10 +222,10 @@ class LeggedRobot:
 
     def _tick(self, speed_mps: float, turn_radps: float, *, freed: bool) -> None:
         """Let the controller decide once and the physics follow."""
-        data, model, recorder = self._data, self._model, self._recorder
-        self._ground.lay(data)
+        data, model, recorder = self.data, self.model, self._recorder
+        self.ground.lay(data)
         mujoco.mj_step1(model, data)
-        drag = self._ground.hold(data, freed=freed)
+        drag = self.ground.hold(data, freed=freed)
         self._drive(speed_mps, turn_radps)
         mujoco.mj_step2(model, data)
         recorder.step()
@@ -225,7 +237,7 @@ class LeggedRobot:
             raise SimError("the physics diverged", where=where, cure="report the footing: no ground should do this")
         self._force_n = data.sensordata[6:10].copy()
         upright = float(data.xmat[self._trunk, 8])
-        down = self._ground.reaches(TRUNK_PROBES)
+        down = self.ground.reaches(TRUNK_PROBES)
         self._fallen = self._fallen or down or upright < math.cos(FALL_TILT_RAD)
         stepping = self._controller.stepping
         standing = tuple(mode is LegMode.STANCE for mode in stepping.modes)
@@ -236,13 +248,13 @@ class LeggedRobot:
     def _watch(self, speed_mps: float, drag_n: float) -> None:
         """Let the means over the last moments follow."""
         share = CONTROL_S / _HELD_S
-        went = math.hypot(*self._data.qvel[:2].tolist())
+        went = math.hypot(*self.data.qvel[:2].tolist())
         self._held_n += share * (drag_n - self._held_n)
         self._asked_mps += share * (abs(speed_mps) - self._asked_mps)
         self._went_mps += share * (went - self._went_mps)
 
     def _drive(self, speed_mps: float, turn_radps: float) -> None:
-        data, model = self._data, self._model
+        data, model = self.data, self.model
         if self._fallen:
             data.ctrl[:] = 0.0
             model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = 0.0, -_LIMP_NMS
@@ -255,8 +267,8 @@ class LeggedRobot:
 
     def _touched(self) -> int:
         """Return the number of the first obstacle in contact, -1 for none."""
-        if not self.obstacles or not self._data.ncon:
+        if not self.obstacles or not self.data.ncon:
             return -1
-        geoms = self._data.contact.geom.reshape(-1)
+        geoms = self.data.contact.geom.reshape(-1)
         numbers = geoms[(geoms >= self._first_obstacle) & (geoms < self._first_obstacle + len(self.obstacles))]
         return int(numbers.min()) - self._first_obstacle if numbers.size else -1

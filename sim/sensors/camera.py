@@ -74,7 +74,8 @@ class Camera:
         falloff = np.where(found.valid, 1 - self.config.vignetting * (1 - cosine**4), 0.0)
         flat = np.repeat(falloff.astype(np.float32), 3)
         self._falloff: Array = flat.reshape(model.height, model.width, 3)
-        self._dirt = _dirt(model, self.config.dirt_share, generator("dirt", seed, Purpose.DIRT))
+        self.dirt: Float32[Array, "h w 1"] = _dirt(model, self.config.dirt_share, generator("dirt", seed, Purpose.DIRT))
+        """How much of each pixel's light dirt on the lens takes, 0-1."""
 
     def picture(self, shader: Shader, pose_at: PoseAt, illuminance_lux: float, rng: np.random.Generator) -> Picture:
         """Take a picture.
@@ -98,7 +99,7 @@ class Camera:
             light = cv2.GaussianBlur(light, (0, 0), self.config.blur_px)
         if self.config.dirt_share > 0:
             mean = np.minimum(light, 1).mean(axis=(0, 1)) * _DIRT_COLOUR
-            light = light + self._dirt * (mean - light)
+            light = light + self.dirt * (mean - light)
         rgb = develop(np.ascontiguousarray(light, np.float32), illuminance_lux, exposure, self.config, rng)
         return Picture(rgb, surface, depth, exposure)
 
@@ -144,7 +145,7 @@ def _mixed(
 
 
 def _dirt(model: CameraModel, share: float, rng: np.random.Generator) -> Float32[Array, "h w 1"]:
-    """How much of each pixel's light dirt on the lens takes: soft specks and smears, out of focus."""
+    """Soft specks and smears, out of focus."""
     if share == 0:
         return np.zeros((model.height, model.width, 1), np.float32)
     coarse = np.sum([cv2.resize(rng.standard_normal((k * 3, k * 4)), (160, 120)) / k**0.5 for k in (2, 4, 9)], axis=0)

@@ -93,7 +93,7 @@ class Shader:
         self._dryness = np.clip((blotches - np.float32(0.85)) * np.float32(1.3), 0, 1)
         self._normals = np.ascontiguousarray(scene.normals.T)
         self._ragged = _near_edges(world.ground.surface)
-        self._vertex_normals = _vertex_normals(world, scene, self._is["round"])
+        self._vertex_normals = world.mesh.vertex_normals(self._is["round"][world.mesh.surface]).T.copy()
 
     def see(self, eye: Float32[Array, "3"], rays: Float32[Array, "3 n"], pixel_rad: float) -> Seen:
         """What rays from one point show.
@@ -295,14 +295,3 @@ def _dot(a: Float32[Array, "3 n"], b: Float32[Array, "3 n"]) -> Float32[Array, "
 def _unit(vectors: Float32[Array, "3 n"]) -> Float32[Array, "3 n"]:
     """Vectors of length 1; those without length stay so."""
     return np.asarray(vectors / np.maximum(np.sqrt(_dot(vectors, vectors)), np.float32(1e-6)))
-
-
-def _vertex_normals(world: World, scene: RayScene, rounded: Bool[Array, " surfaces"]) -> Float32[Array, "3 v"]:
-    """The mean normal of the round surfaces' triangles about each vertex, weighted by their areas; zero elsewhere."""
-    index = np.flatnonzero(rounded[world.mesh.surface])
-    weighted = scene.normals[index] * world.mesh.areas()[index, None]
-    total = np.zeros((3, len(world.mesh.vertices)), np.float32)
-    for corner in world.mesh.triangles[index].T:
-        for axis in range(3):
-            total[axis] += np.bincount(corner, weighted[:, axis], total.shape[1]).astype(np.float32)
-    return total

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float32, Int32, UInt8
+from jaxtyping import Bool, Float32, Int32, UInt8
 
 from navtool.pipeline.arrays import Array
 
@@ -29,6 +29,19 @@ class TriangleMesh(NamedTuple):
         """The area of each triangle in square metres."""
         a, b, c = (self.vertices[self.triangles[:, corner]] for corner in range(3))
         return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1), np.float32)
+
+    def vertex_normals(self, chosen: Bool[Array, " t"]) -> Float32[Array, "v 3"]:
+        """The mean normal of the chosen triangles about each vertex, weighted by their areas; zero where there is none.
+
+        They are not of length 1.
+        """
+        index = np.flatnonzero(chosen)
+        weighted = self.normals()[index] * self.areas()[index, None]
+        total = np.zeros(self.vertices.shape, np.float32)
+        for corner in self.triangles[index].T:
+            for axis in range(3):
+                total[:, axis] += np.bincount(corner, weighted[:, axis], len(total)).astype(np.float32)
+        return total
 
     def moved(self, x: float, y: float, z: float) -> "TriangleMesh":
         """The same mesh elsewhere."""

@@ -92,8 +92,8 @@ def test_on_slippery_ground_it_finds_less_and_forgets_it_with_a_reset() -> None:
     felt = []
     for _ in range(20):
         robot.step(0.5, 0.0, 0.1)
-        felt.append(robot._controller.grip.friction)
+        felt.append(robot.felt_friction)
     assert felt[0] == FIRM
     assert min(felt) < 0.7 * FIRM
     robot.reset()
-    assert robot._controller.grip.friction == FIRM
+    assert robot.felt_friction == FIRM

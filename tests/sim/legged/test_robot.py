@@ -156,22 +156,23 @@ def test_physics_that_diverge_are_not_taken_for_a_drive(tmp_path: Path, monkeypa
     monkeypatch.chdir(tmp_path)  # MuJoCo writes a log where it is
     robot = LeggedRobot(concrete())
     robot.step(0.0, 0.0, 0.02)
-    robot._data.qvel[:] = 1e12
+    robot.data.qvel[:] = 1e12
     with pytest.raises(SimError, match=r"0\.02\d s after the reset: the physics diverged"):
         robot.step(0.0, 0.0)
 
 
 def test_what_touches_the_ground_meets_it_where_it_is_now() -> None:
     robot = LeggedRobot(rocks(2))
-    robot._fallen = True  # its motors are off: knees and trunk come down
+    robot.data.qvel[3] = 25.0  # thrown over, its motors are off: knees and trunk come down
     touched = np.zeros(PROBES, bool)
     for _ in range(500):
-        centre = robot._data.geom_xpos[robot._ground._probes].copy()
+        centre = robot.data.geom_xpos[robot.ground.probes].copy()
         robot.step(0.0, 0.0)
         contact = robot.terrain.contact(centre, PROBE_RADIUS_M)
         deep = ((centre - contact.point_m) * contact.normal).sum(axis=1) < PROBE_RADIUS_M
-        assert np.array_equal(robot._data.mocap_pos[deep], contact.point_m[deep])
+        assert np.array_equal(robot.data.mocap_pos[deep], contact.point_m[deep])
         touched |= deep
+    assert robot.state().fallen
     assert touched[4:8].any()
     assert touched[TRUNK_PROBES].any()
 

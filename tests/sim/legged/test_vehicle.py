@@ -192,13 +192,13 @@ def test_at_the_reference_speed_a_standing_robot_is_held_as_a_coasting_body(
 ) -> None:
     things = [] if plant is None else [thing("patch", plant, 0.0, 3.0, 0.9)]
     robot = LeggedRobot(WorldFooting(level(ground, *things)))
-    data = robot._data
+    data = robot.data
     data.qvel[0] = REFERENCE_MPS
-    mujoco.mj_forward(robot._model, data)
-    held_n = robot._ground.hold(data)
+    mujoco.mj_forward(robot.model, data)
+    held_n = robot.ground.hold(data)
     share_per_m = SURFACES[surface_number(plant or ground)].drag_per_m
     assert held_n == pytest.approx(winding * MASS_KG * share_per_m * REFERENCE_MPS**2, rel=0.12)
-    assert robot._ground.hold(data, freed=True) == 0.0
+    assert robot.ground.hold(data, freed=True) == 0.0
 
 
 def test_the_cover_ends_where_the_plants_end() -> None:

@@ -15,7 +15,7 @@ from navtool.sim.sensors.camera_config import CameraConfig
 from navtool.sim.sensors.shader import SKY, Shader
 from navtool.sim.world.mesh import TriangleMesh
 from navtool.sim.world.place import World, make_world
-from navtool.sim.world.primitives import box, tube
+from navtool.sim.world.primitives import box
 from navtool.sim.world.ray_scene import RayScene
 from navtool.sim.world.scenario import LightConfig, Scatter, ScenarioConfig, load_scenario
 from navtool.sim.world.surfaces import surface_number
@@ -240,7 +240,7 @@ def test_dirt_covers_its_share_and_hides_what_is_behind_it(share: float, grove: 
     fixed = CameraConfig(shutter_s=1e-3, read_noise=0.0)
     cameras = [Camera(MODEL, replace(fixed, dirt_share=dirt)) for dirt in (0.0, share)]
     clean, dirty = (camera.picture(shader, pose, 2e4, np.random.default_rng(0)) for camera in cameras)
-    cover = cameras[1]._dirt[..., 0]
+    cover = cameras[1].dirt[..., 0]
     assert cover.mean() == pytest.approx(share, abs=0.08)
     detail = [np.abs(np.diff(picture.rgb.astype(np.float64), axis=1)).mean(axis=2) for picture in (clean, dirty)]
     hidden, free = cover[:, 1:] > 0.9, cover[:, 1:] < 0.01
@@ -249,14 +249,3 @@ def test_dirt_covers_its_share_and_hides_what_is_behind_it(share: float, grove: 
     if free.any():
         assert detail[1][free] == pytest.approx(detail[0][free], abs=3.0)
     assert (dirty.surface == clean.surface).all(), "the truth is behind the dirt"
-
-
-def test_a_rounded_trunk_has_no_edges(world_of: WorldOf) -> None:
-    path = np.array([[4.0, 0.0, -0.1], [4.0, 0.0, 4.0]])
-    trunk = tube(path, np.full(2, 0.5), 9, surface_number("bark"))
-    world = world_of(trunk, light=LightConfig(sun_share=0.0))
-    shader = shader_of(world)
-    normals = shader._vertex_normals[:, len(world.mesh.vertices) - len(trunk.vertices) : -1]
-    outward = trunk.vertices[:-1, :2] - np.array([4.0, 0.0])
-    flat = normals[:2] / np.linalg.norm(normals[:2], axis=0)
-    assert np.einsum("ij,ji->i", outward / np.linalg.norm(outward, axis=1, keepdims=True), flat).min() > 0.9
