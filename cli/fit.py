@@ -40,7 +40,7 @@ def intensity_threshold(
     Writes settings.yaml for `navtool intensity-map --settings`, and the ROC curves. Choose the preset of the sensor:
     sensor=vlp16, hdl64, robosense, hesai, livox, ouster or simulated.
     """
-    from navtool.base.output_folder import refuse_other_output
+    from navtool.base.output_folder import OutputFolder
     from navtool.cli.arguments import local_path, require_there, split_overrides
     from navtool.cli.compose import UsageError, print_config, refuse_unknown_choices, wrong_call
     from navtool.cli.console import print_json
@@ -65,7 +65,7 @@ def intensity_threshold(
         raise UsageError("no folder was named", where="fit", cure="pass --out FOLDER")
     require_there(truth)
     with wrong_call():
-        refuse_other_output(out, KIND)
+        OutputFolder(out, KIND).refuse_other()
     chosen = [MapInput(local_path(text), episode, job.robot, job.merge is Merge.folder) for text in inputs]
     with WorkProgress("inputs") as progress:
         report = fit_intensity_threshold(chosen, truth, out, job.config(), progress)

@@ -38,7 +38,7 @@ def ingest(
     from navtool.cli.robots import ingest_job
     from navtool.datasets.ingest.ingest import ingest as run
     from navtool.datasets.recording.remote import default_cache, is_url, local_paths
-    from navtool.datasets.store.writer import refuse_other_folder
+    from navtool.datasets.store.writer import data_set_folder
 
     paths, overrides = split_overrides(arguments or [])
     job = ingest_job(robot, overrides)
@@ -51,7 +51,7 @@ def ingest(
         raise UsageError("no data set was named", where="ingest", cure="pass --out FOLDER")
     with wrong_call():
         require_there(*local_paths([text for text in paths if not is_url(text)], default_cache()))
-        refuse_other_folder(out)
+        data_set_folder(out).refuse_other()
     with fetching() as fetched:
         recordings = local_paths(paths, default_cache(), fetched)
     with WorkProgress("recordings") as progress:

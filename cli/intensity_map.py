@@ -30,7 +30,7 @@ def intensity_map(
     Writes arrays, pictures, an MCAP with occupancy grids and grid maps, a video and a page. Choose the preset of the
     sensor: sensor=vlp16, hdl64, robosense, hesai, livox, ouster or simulated.
     """
-    from navtool.base.output_folder import refuse_other_output
+    from navtool.base.output_folder import OutputFolder
     from navtool.cli.arguments import local_path, require_there, split_overrides
     from navtool.cli.compose import UsageError, print_config, refuse_unknown_choices, wrong_call
     from navtool.cli.console import print_json
@@ -58,7 +58,7 @@ def intensity_map(
         raise UsageError("no folder was named", where="intensity-map", cure="pass --out FOLDER")
     require_there(truth)
     with wrong_call():
-        refuse_other_output(out, KIND)
+        OutputFolder(out, KIND).refuse_other()
     chosen = MapInput(local_path(inputs[0]), episode, job.robot, job.merge is Merge.folder)
     count = chosen.episode_count()
     with wrong_call():

@@ -30,7 +30,7 @@ def simulate(
     """
     from navtool.cli.compose import UsageError, print_config, wrong_call
     from navtool.cli.console import print_json
-    from navtool.sim.record.output_folder import refuse_other_folder
+    from navtool.sim.record.recordings import recordings_folder
 
     config = simulation_config(overrides or [])
     if cfg is not None:
@@ -41,7 +41,7 @@ def simulate(
     if preview is not None and preview.suffix != ".png":
         raise UsageError("is not the name of a PNG", where=preview, cure="end --preview in .png")
     with wrong_call():
-        refuse_other_folder(out)
+        recordings_folder(out).refuse_other()
     report = run_simulation(config, out, episodes, seed, workers)
     if preview is not None:
         _draw(config, report, seed, preview)

@@ -8,7 +8,7 @@ from navtool.base.errors import DatasetsError
 from navtool.datasets.store.description import Description
 from navtool.datasets.store.journal import journal_path
 from navtool.datasets.store.layout import Layout
-from navtool.datasets.store.writer import Store, refuse_other_folder
+from navtool.datasets.store.writer import Store, data_set_folder
 
 _PATIENCE_S = 1.0
 
@@ -40,7 +40,7 @@ def foresee(root: Path) -> Foreseen:
         DatasetsError: The folder holds something else, its metadata is damaged, or a step of another process is
             under way or was interrupted.
     """
-    refuse_other_folder(root)
+    data_set_folder(root).refuse_other()
     layout, patience = Layout(root), time.monotonic() + _PATIENCE_S
     while True:
         before = _moment(layout)

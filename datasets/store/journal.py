@@ -1,6 +1,5 @@
 """Replacing several files of a data set in one step: all of them or none, whenever the process or the machine stops."""
 
-import fcntl
 import os
 import shutil
 import time
@@ -8,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from navtool.base.errors import DatasetsError, OutputError
+from navtool.base.file_lock import take_lock
 from navtool.base.files import read_json, write_json
 from navtool.datasets.store.layout import Layout
 
@@ -72,8 +72,7 @@ def recover(root: Path) -> bool:
     patience = time.monotonic() + _PATIENCE_S
     while journal_path(root).exists():
         try:
-            with Layout(root).lock.open("a") as lock:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            with take_lock(Layout(root).lock):
                 return finish(root)
         except BlockingIOError as error:
             if time.monotonic() > patience:

@@ -1,6 +1,5 @@
 """The data set as a store of episodes: one writer at a time, an episode is in it whole or not at all."""
 
-import fcntl
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -9,8 +8,9 @@ from typing import Any
 
 import pyarrow.parquet as pq
 
-from navtool.base.errors import DatasetsError, OutputError
+from navtool.base.errors import OutputError
 from navtool.base.files import move, read_json, write_bytes, write_json
+from navtool.base.output_folder import OutputFolder
 from navtool.datasets.store.description import Description, read_description
 from navtool.datasets.store.journal import commit, finish, journal_path
 from navtool.datasets.store.journal import staged as replacement
@@ -23,16 +23,10 @@ from navtool.datasets.store.stats import Stats, aggregate
 _REBUILD = "ingest the recordings again into another folder"
 
 
-def refuse_other_folder(root: Path) -> None:
-    """Do nothing where a data set is or may be made.
-
-    Raises:
-        DatasetsError: It is a file, or a folder that holds something else.
-    """
-    if root.exists() and not root.is_dir():
-        raise DatasetsError("is a file", where=root, cure="name a folder for the data set")
-    if root.is_dir() and any(root.iterdir()) and not Layout(root).beside.is_dir():
-        raise DatasetsError("the folder holds something else", where=root, cure="name an empty or a new folder")
+def data_set_folder(root: Path) -> OutputFolder:
+    """The folder of a data set, as one that is written to."""
+    layout = Layout(root)
+    return OutputFolder(root, record=layout.beside.name, lock=layout.lock.relative_to(root).as_posix())
 
 
 @contextmanager
@@ -45,19 +39,7 @@ def open_store(root: Path) -> Iterator["Store"]:
         DatasetsError: If another process writes to it, or the folder holds something else.
     """
     layout = Layout(root)
-    refuse_other_folder(root)
-    created = not root.exists()
-    try:
-        layout.beside.mkdir(parents=True, exist_ok=True)
-        lock = layout.lock.open("w")
-    except OSError as error:
-        raise OutputError(f"cannot be written ({error.strerror})", where=root, cure="check its rights") from error
-    with lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            cure = "wait until it is done, or ingest into another folder"
-            raise DatasetsError("another process is writing to it", where=root, cure=cure) from error
+    with data_set_folder(root).held(lambda: not layout.info.exists() and not journal_path(root).exists()):
         finish(root)
         store = Store(layout)
         store.clear()
@@ -65,8 +47,6 @@ def open_store(root: Path) -> Iterator["Store"]:
             yield store
         finally:
             store.clear()
-            if created and store.episodes == 0 and not journal_path(root).exists():
-                shutil.rmtree(root)
 
 
 class Store:

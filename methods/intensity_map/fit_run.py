@@ -11,16 +11,9 @@ import numpy as np
 import yaml
 
 from navtool.base.errors import DatasetsError
-from navtool.base.files import write_bytes, write_json
+from navtool.base.files import write_bytes
 from navtool.base.lineage import code_version, config_hash, file_sha256
-from navtool.base.output_folder import (
-    LINEAGE,
-    finished,
-    lineage_content,
-    refuse_other_output,
-    report_content,
-    staged_output,
-)
+from navtool.base.output_folder import OutputFolder
 from navtool.base.progress import Progress
 from navtool.methods.along.place_truth import TRUTH_CURE, PlaceTruth, find_truth
 from navtool.methods.along.source import MapInput
@@ -69,7 +62,7 @@ def fit_intensity_threshold(
             pliable was seen, or the folder holds something else.
         OutputError: The folder cannot be written.
     """
-    refuse_other_output(out, KIND)
+    OutputFolder(out, KIND).refuse_other()
     each = [chosen.identity(config) for chosen in inputs]
     identity: dict[str, object] = {
         "inputs": [one["input"] for one in each],
@@ -77,8 +70,8 @@ def fit_intensity_threshold(
         "settings": config_hash([one["settings"] for one in each]),
         "code_version": code_version(),
     }
-    before = finished(out, identity, FitReport)
-    if before is not None:
+    folder = OutputFolder(out, KIND, identity)
+    if (before := folder.finished(FitReport)) is not None:
         return replace(before, done_before=True)
     begun = time.monotonic()
     run = _Run(config)
@@ -92,12 +85,11 @@ def fit_intensity_threshold(
         progress.done(number, source.name)
     fit = run.fitter.fit()
     report = run.report(fit, out)
-    with staged_output(out) as staging:
+    with folder.staged() as staging:
         write_bytes(staging / SETTINGS, settings_text(fit, config, report.inputs).encode())
         unit = "R per square metre" if config.map.layers.reduction is Reduction.sum else "R"
         write_bytes(staging / PICTURE, roc_picture(fit, unit).encode())
-        about = [chosen.about() for chosen in inputs]
-        write_json(staging / LINEAGE, {**lineage_content(KIND, identity, about), "report": report_content(report)})
+        folder.write_record(staging, [chosen.about() for chosen in inputs], report)
     return replace(report, seconds=time.monotonic() - begun)
 
 

@@ -11,16 +11,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from navtool.base.background import Background
-from navtool.base.files import write_json
 from navtool.base.lineage import file_sha256
-from navtool.base.output_folder import (
-    LINEAGE,
-    finished,
-    lineage_content,
-    refuse_other_output,
-    report_content,
-    staged_output,
-)
+from navtool.base.output_folder import OutputFolder
 from navtool.base.progress import Progress
 from navtool.methods.along.goals import goal_direction
 from navtool.methods.along.place_truth import PlaceTruth, find_truth
@@ -61,21 +53,21 @@ def intensity_maps(
         DatasetsError: The input cannot be read or mapped, with the reason, or the folder holds something else.
         OutputError: The folder cannot be written.
     """
-    refuse_other_output(out, KIND)
+    OutputFolder(out, KIND).refuse_other()
     identity = {**chosen.identity(config), "truth": None if truth is None else file_sha256(truth)}
-    before = finished(out, identity, MapReport)
-    if before is not None:
+    folder = OutputFolder(out, KIND, identity)
+    if (before := folder.finished(MapReport)) is not None:
         return replace(before, done_before=True)
     known = find_truth(chosen, truth, config.sweeps.odometry_gap_s)
     with chosen.open(config) as source:
-        return map_run(source, out, config, lineage_content(KIND, identity, chosen.about()), progress, known)
+        return map_run(source, folder, config, chosen.about(), progress, known)
 
 
 def map_run(
     source: SweepSource,
-    out: Path,
+    folder: OutputFolder,
     config: MapRunConfig,
-    lineage: Mapping[str, object],
+    about: Mapping[str, object],
     progress: Progress,
     known: PlaceTruth | None = None,
 ) -> MapReport:
@@ -85,9 +77,9 @@ def map_run(
 
     Args:
         source: The run.
-        out: A folder that is not there, or empty.
+        folder: It is not there, or empty.
         config: Everything that decides the maps.
-        lineage: What the maps are made from; written last, with the report.
+        about: What else is known of the input; written last, with the report.
         progress: Is told how many clouds are done.
         known: What stands there, to score the maps; None where nobody knows.
 
@@ -101,7 +93,7 @@ def map_run(
     mapper = _Mapper(source, config)
     tally = _Tally(config)
     scoring = None if known is None else Scoring(known.in_odometry(source), source.base_lidar)
-    with staged_output(out) as staging:
+    with folder.staged() as staging:
         # the thread beside is left before the files that it writes to are closed
         with Outputs(staging, source, config) as outputs, Background() as beside:
             for sweep in sweeps:
@@ -116,7 +108,7 @@ def map_run(
                 raise nothing_mapped(source, tally.skipped)
             beside.call(outputs.finish)
         report = MapReport(
-            out=out.as_posix(),
+            out=folder.root.as_posix(),
             source=source.name,
             topic=source.topic,
             sensor=config.sensor,
@@ -144,7 +136,7 @@ def map_run(
             ],
         )
         write_page(staging / "index.html", report, config, outputs.moments)
-        write_json(staging / LINEAGE, {**lineage, "report": report_content(report)})
+        folder.write_record(staging, about, report)
     progress.advance(0, source.clouds - tally.maps - tally.skipped.total())
     progress.done(1, source.name)
     return replace(report, seconds=time.monotonic() - begun)

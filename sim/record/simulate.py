@@ -5,14 +5,13 @@ from collections import deque
 from concurrent.futures import Future
 from pathlib import Path
 
-from navtool.base.errors import OutputError
 from navtool.base.lineage import code_version
 from navtool.base.progress import Progress, Silent
 from navtool.base.workers import Workers, make_workers, outcome
 from navtool.sim.errors import SimError
 from navtool.sim.record.config import SimulationConfig
 from navtool.sim.record.episode import EPISODES_MOST, SEED_MOST, Episode, NotMade, make_episode, plan_episode
-from navtool.sim.record.output_folder import OutputFolder, open_output
+from navtool.sim.record.recordings import Recordings, open_recordings
 from navtool.sim.record.report import SimulationReport
 
 
@@ -39,8 +38,9 @@ def simulate(
         progress: Who wants to know how far it is.
 
     Raises:
-        SimError: An argument is out of range, the folder holds something else or recordings of other settings, or a
-            recording cannot be written.
+        SimError: An argument is out of range, or a recording cannot be written.
+        DatasetsError: The folder holds something else or recordings of other settings, or another process writes to it.
+        OutputError: The folder cannot be written, or a worker process is gone.
     """
     if not 1 <= episodes <= EPISODES_MOST or not 0 <= seed <= SEED_MOST or workers < 1:
         what = f"{episodes} episodes with seed {seed} by {workers} workers"
@@ -49,16 +49,13 @@ def simulate(
     started = time.monotonic()
     told = progress if progress is not None else Silent()
     report = SimulationReport(str(out))
-    try:
-        with open_output(out, config, seed) as folder:
-            missing = deque(number for number in range(episodes) if number not in folder.episodes)
-            report.skipped = [number for number in range(episodes) if number in folder.episodes]
-            report.notes = _notes(folder)
-            told.begin(len(missing), len(missing) * _work_of(config))
-            with make_workers(min(workers, max(len(missing), 1)), told.advance) as pool:
-                _work(config, seed, missing, pool, min(workers, EPISODES_MOST), folder, report, told)
-    except OutputError as error:
-        raise SimError(error.what, where=error.where, cure=error.cure) from error
+    with open_recordings(out, config, seed) as recordings:
+        missing = deque(number for number in range(episodes) if number not in recordings.episodes)
+        report.skipped = [number for number in range(episodes) if number in recordings.episodes]
+        report.notes = _notes(recordings)
+        told.begin(len(missing), len(missing) * _work_of(config))
+        with make_workers(min(workers, max(len(missing), 1)), told.advance) as pool:
+            _work(config, seed, missing, pool, min(workers, EPISODES_MOST), recordings, report, told)
     report.episodes.sort(key=lambda episode: episode.plan.number)
     report.not_made.sort(key=lambda episode: episode.plan.number)
     report.seconds = time.monotonic() - started
@@ -71,7 +68,7 @@ def _work(
     missing: deque[int],
     pool: Workers,
     at_once: int,
-    folder: OutputFolder,
+    recordings: Recordings,
     report: SimulationReport,
     progress: Progress,
 ) -> None:
@@ -80,7 +77,7 @@ def _work(
     while missing or running:
         while missing and len(running) < at_once:
             plan = plan_episode(config, seed, missing.popleft())
-            running.add(pool.submit(_work_of(config), make_episode, config, plan, folder.root, folder.staging))
+            running.add(pool.submit(_work_of(config), make_episode, config, plan, recordings.root, recordings.staging))
         finished = {future for future in running if future.done()}
         if not finished:
             pool.wait(running)
@@ -89,7 +86,7 @@ def _work(
             if isinstance(made, NotMade):
                 report.not_made.append(made)
             else:
-                folder.keep(made)
+                recordings.keep(made)
                 report.episodes.append(made)
             progress.done(len(report.episodes) + len(report.not_made), made.plan.path)
         running -= finished
@@ -101,6 +98,6 @@ def _work_of(config: SimulationConfig) -> int:
     return round(config.drive.duration_s * 1e6)
 
 
-def _notes(folder: OutputFolder) -> list[str]:
-    others = sum(episode.code != code_version() for episode in folder.episodes.values())
+def _notes(recordings: Recordings) -> list[str]:
+    others = sum(episode.code != code_version() for episode in recordings.episodes.values())
     return [f"{others} recordings were made by another version of navtool and are kept"] if others else []

@@ -44,7 +44,7 @@ def test_recordings_a_sheet_and_a_report_come_out(navtool: Callable[..., Any], t
     assert "1 episodes were there already" in again.err
     other = navtool("simulate", *SMALL, "camera.width=80", "--out", out)
     assert other.code == 1
-    assert "camera.width was 64, now 80" in other.err
+    assert "camera.width (was 64, now 80)" in other.err
 
 
 def test_bad_calls_get_one_error_and_an_exit_code(

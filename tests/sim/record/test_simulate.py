@@ -10,14 +10,15 @@ from pathlib import Path
 import pytest
 from hashes import hashes
 
+from navtool.base.errors import DatasetsError
 from navtool.datasets.recording.identity import recording_sha256
 from navtool.sim.drive.config import DriveConfig, PoseConfig
 from navtool.sim.errors import SimError
 from navtool.sim.record.bag_format import BagFormat
 from navtool.sim.record.config import SimulationConfig
 from navtool.sim.record.episode import plan_episode
-from navtool.sim.record.output_folder import LINEAGE
 from navtool.sim.record.recorder_config import CameraSetup, RecorderConfig
+from navtool.sim.record.recordings import LINEAGE
 from navtool.sim.record.simulate import simulate
 from navtool.sim.record.stage import Stage
 from navtool.sim.world.scenario import ScenarioConfig, Split
@@ -104,12 +105,12 @@ def test_other_formats_resume_too(kind: BagFormat, tiny: Configure, tmp_path: Pa
 def test_other_settings_are_refused_and_named(whole: Path, tiny: Configure) -> None:
     before = hashes(whole)
     for config, seed, said in (
-        (tiny(camera=CameraSetup(width=80, height=48)), 0, "camera.width was 64, now 80"),
-        (tiny(recorder=RecorderConfig(delay=2.0)), 0, "recorder.delay was 1.0, now 2.0"),
-        (tiny(), 1, "seed was 0, now 1"),
-        (tiny(format=BagFormat.ros1), 0, "format was mcap, now ros1"),
+        (tiny(camera=CameraSetup(width=80, height=48)), 0, "camera.width (was 64, now 80)"),
+        (tiny(recorder=RecorderConfig(delay=2.0)), 0, "recorder.delay (was 1.0, now 2.0)"),
+        (tiny(), 1, "seed (was 0, now 1)"),
+        (tiny(format=BagFormat.ros1), 0, "format (was mcap, now ros1)"),
     ):
-        with pytest.raises(SimError, match="made with other settings") as caught:
+        with pytest.raises(DatasetsError, match="made with another") as caught:
             simulate(config, whole, 3, seed)
         assert said in str(caught.value)
         assert "--out" in str(caught.value)
@@ -118,12 +119,12 @@ def test_other_settings_are_refused_and_named(whole: Path, tiny: Configure) -> N
 
 def test_a_folder_with_something_else_is_left_alone(tiny: Configure, tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
-    with pytest.raises(SimError, match="holds something else"):
+    with pytest.raises(DatasetsError, match="holds something else"):
         simulate(tiny(), tmp_path, 1)
-    with pytest.raises(SimError, match="is a file"):
+    with pytest.raises(DatasetsError, match="is a file"):
         simulate(tiny(), tmp_path / "mine.txt", 1)
     (tmp_path / "mine.txt").rename(tmp_path / LINEAGE)
-    with pytest.raises(SimError, match="is not JSON"):
+    with pytest.raises(DatasetsError, match="is not JSON"):
         simulate(tiny(), tmp_path, 1)
     assert (tmp_path / LINEAGE).read_text() == "mine"
 
@@ -131,7 +132,7 @@ def test_a_folder_with_something_else_is_left_alone(tiny: Configure, tmp_path: P
 def test_two_runs_do_not_write_at_once(tiny: Configure, tmp_path: Path) -> None:
     with (tmp_path / ".lock").open("w") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
-        with pytest.raises(SimError, match="another process is writing"):
+        with pytest.raises(DatasetsError, match="another process is writing"):
             simulate(tiny(), tmp_path, 1)
 
 
