@@ -1,11 +1,10 @@
 """Panes of glass, found from the weak patch that beams leave where they meet a pane at right angles (MIM, eq. 6)."""
 
-import cmath
 import math
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Complex128, Float32, Int32, Int64
+from jaxtyping import Bool, Float32, Float64, Int32, Int64
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GlassConfig, GridConfig
@@ -37,24 +36,27 @@ def find_glass(
         grid: As for the layers.
         config: Limits.
     """
-    if config.points > points.cell.size:
-        return np.zeros((0, 4), np.float32)
-    level = grid.cells * grid.cells * (int(Layer.level) + 1)
-    weak = np.flatnonzero((points.cell < level) & (points.share < np.float32(config.intensity)))
-    weak = weak.take(np.flatnonzero(_stronger_at_level(layers, points.cell.take(weak), config)))
+    level = np.flatnonzero(points.cell < grid.cells * grid.cells * (int(Layer.level) + 1))
+    share, cell = points.share.take(level), points.cell.take(level)
+    weak = np.flatnonzero(share < np.float32(config.intensity))
+    weak = weak.take(np.flatnonzero(_stronger_at_level(layers, cell.take(weak), config)))
     if weak.size < config.points:
         return np.zeros((0, 4), np.float32)
-    cell = points.cell.take(weak)
-    patches = _patches(cell, grid)
-    label = patches.ravel().take(cell)
+    place = cell.take(weak)
+    patches = _patches(place, grid)
+    label = patches.ravel().take(place)
     count = np.bincount(label)
     large = count >= config.points
     if not large.any():
         return np.zeros((0, 4), np.float32)
-    place = points.x.take(weak) + 1j * points.y.take(weak).astype(np.float64)
     # few patches have so many points
-    alone = np.flatnonzero(large & ~_mixed(points, patches, count, solid, config))
-    lines = [line for patch in alone if (line := _line(place[label == patch], config))]
+    alone = np.flatnonzero(large & ~_mixed(share, cell, patches, count, solid, config))
+    lines = []
+    for patch in alone:
+        member = level.take(weak.take(np.flatnonzero(label == patch)))
+        ends = _line(np.stack([points.x.take(member), points.y.take(member)], axis=1).astype(np.float64), config)
+        if ends is not None:
+            lines.append(ends)
     return _extended(np.array(lines, np.float32).reshape(-1, 4), solid, grid, config)
 
 
@@ -73,7 +75,8 @@ def _patches(cell: Int64[Array, " k"], grid: GridConfig) -> Int32[Array, "n n"]:
 
 
 def _mixed(
-    points: LayerPoints,
+    share: Float32[Array, " m"],
+    cell: Int64[Array, " m"],
     patches: Int32[Array, "n n"],
     count: Int64[Array, " patches"],
     solid: Bool[Array, "n n"],
@@ -83,10 +86,12 @@ def _mixed(
 
     A pane is weak all along, while a string that fills part of a beam only is as weak beside stronger ones.
     """
-    strong = (points.cell < patches.size) & (points.share >= np.float32(_CLEARLY * config.intensity))
-    place = points.cell.take(np.flatnonzero(strong))
-    place = place[~solid.ravel().take(place)]
-    beside = np.bincount(patches.ravel().take(place), minlength=count.size)
+    label = patches.ravel().take(cell)
+    # few points are in or beside a patch
+    near = np.flatnonzero(label)
+    strong = share.take(near) >= np.float32(_CLEARLY * config.intensity)
+    strong &= ~solid.ravel().take(cell.take(near))
+    beside = np.bincount(label.take(near.compress(strong)), minlength=count.size)
     return np.asarray(beside >= config.mixed * count)
 
 
@@ -101,27 +106,27 @@ def _stronger_at_level(layers: IntensityLayers, cells: Int64[Array, " k"], confi
     return np.asarray(weak & ((points[1] == 0) | (total[0] * points[1] > total[1] * points[0])))
 
 
-def _line(points: Complex128[Array, " k"], config: GlassConfig) -> tuple[float, float, float, float] | None:
-    """The ends of a patch that is thin and faces the sensor, None of another; points are complex, x + iy.
+def _line(points: Float64[Array, "k 2"], config: GlassConfig) -> tuple[float, float, float, float] | None:
+    """The ends of a patch that is thin and faces the sensor, None of another.
 
-    The square of a complex number has twice its angle: the mean square of the points around their middle lies at twice
-    the angle of the patch, and is longer the thinner the patch is.
+    The eigenvalues of the points' covariance are the squares of the deviations along the patch and across it.
     """
-    middle = complex(points.sum()) / points.size
+    middle = points.sum(axis=0) / len(points)
     around = points - middle
-    square, spread = complex((around * around).sum()) / points.size, float(np.vdot(around, around).real) / points.size
-    # the eigenvalues of the covariance are the squares of both deviations
-    across, length = math.sqrt(max(spread - abs(square), 0.0) / 2), math.sqrt((spread + abs(square)) / 2)
+    (xx, xy), (_, yy) = (around.T @ around / len(points)).tolist()
+    apart = math.hypot(xx - yy, 2 * xy)  # the difference of the eigenvalues; their sum is the trace
+    across, length = math.sqrt(max(xx + yy - apart, 0.0) / 2), math.sqrt((xx + yy + apart) / 2)
     if not across < config.thickness_m < length:
         return None
-    along = cmath.sqrt(square / abs(square))
-    # both are unit vectors: the part of the beam along the patch is the sine of its incidence
-    slant = abs((along.conjugate() * middle).real) / max(abs(middle), 1e-9)
+    angle = 0.5 * math.atan2(2 * xy, xx - yy)
+    along = np.array([math.cos(angle), math.sin(angle)])
+    # the part of the beam along the patch is the sine of its incidence
+    slant = abs(float(along @ middle)) / max(math.hypot(*middle.tolist()), 1e-9)
     if slant >= math.sin(config.incidence_rad):
         return None
-    reach = (around * along.conjugate()).real
-    first, last = middle + float(reach.min()) * along, middle + float(reach.max()) * along
-    return first.real, first.imag, last.real, last.imag
+    reach = around @ along
+    (x0, y0), (x1, y1) = (middle + reach.min() * along).tolist(), (middle + reach.max() * along).tolist()
+    return x0, y0, x1, y1
 
 
 def _extended(

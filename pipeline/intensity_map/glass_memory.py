@@ -1,11 +1,10 @@
 """Glass remembered in the odometry frame while the robot moves (MIM, eq. 6 and 7)."""
 
-import cmath
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Bool, Complex128, Float32, Float64, Int64
+from jaxtyping import Bool, Float32, Float64, Int64
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GlassConfig, GridConfig
@@ -78,8 +77,9 @@ def remember_glass(
         latest[shown] = time_s
     if cell.size:
         middle = _middle(cell, grid)
-        kept = (latest > time_s - config.decay_s) & (np.abs(middle - complex(x, y)) < 1.5 * grid.half_m)
-        kept &= _distance_to_way(middle, complex(*before), complex(x, y)) > robot_radius_m
+        away = middle - (x, y)
+        kept = (latest > time_s - config.decay_s) & (np.hypot(away[:, 0], away[:, 1]) < 1.5 * grid.half_m)
+        kept &= _distance_to_way(middle, before, (x, y)) > robot_radius_m
         cell, clouds, latest = cell[kept], clouds[kept], latest[kept]
     return GlassMemory(cell, clouds, latest, (x, y), time_s, memory.jumps)
 
@@ -93,10 +93,10 @@ def transparent_cells(
     if not known.size:
         return mask
     # A cell of one frame lies askew over those of the other: its middle and its quarters find all that it covers well.
-    quarters = 0.25 * grid.cell_m * np.array([0, -1 - 1j, -1 + 1j, 1 - 1j, 1 + 1j])
+    quarters = 0.25 * grid.cell_m * np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1]])
     x, y, yaw = odom_sensor.tolist()
-    local = (_middle(known, grid)[:, None] + quarters - complex(x, y)) * cmath.exp(-1j * yaw)
-    row, column = np.floor(local.view(np.float64).reshape(-1, 2).T / grid.cell_m + grid.cells / 2).astype(np.int64)
+    local = _turned((_middle(known, grid)[:, None] + quarters - (x, y)).reshape(-1, 2), -yaw)
+    row, column = np.floor(local.T / grid.cell_m + grid.cells / 2).astype(np.int64)
     inside = (row >= 0) & (row < grid.cells) & (column >= 0) & (column < grid.cells)
     mask[row[inside], column[inside]] = True
     return mask
@@ -106,26 +106,34 @@ def _covered(segments: Float32[Array, "s 4"], odom_sensor: Float64[Array, "3"], 
     """The numbers of the cells that segments cover, some of them repeatedly: two points a cell are looked at."""
     x, y, yaw = odom_sensor.tolist()
     parts = []
-    for x0, y0, x1, y1 in segments.tolist():
-        way = complex(x1 - x0, y1 - y0)
-        steps = max(math.ceil(2 * abs(way) / grid.cell_m), 1)
-        parts.append(complex(x0, y0) + np.arange(steps + 1) / steps * way)
-    places = np.concatenate(parts) * cmath.exp(1j * yaw) + complex(x, y)
-    row, column = np.floor(places.view(np.float64).reshape(-1, 2).T / grid.cell_m).astype(np.int64) + _OFFSET
+    for begin, end in segments.astype(np.float64).reshape(-1, 2, 2):
+        way = end - begin
+        steps = max(math.ceil(2 * math.hypot(*way.tolist()) / grid.cell_m), 1)
+        parts.append(begin + np.arange(steps + 1)[:, None] / steps * way)
+    places = _turned(np.concatenate(parts), yaw) + np.array([x, y])
+    row, column = np.floor(places.T / grid.cell_m).astype(np.int64) + _OFFSET
     return np.asarray((row << 31) | column)
 
 
-def _distance_to_way(points: Complex128[Array, " k"], start: complex, end: complex) -> Float64[Array, " k"]:
+def _turned(points: Float64[Array, "k 2"], angle_rad: float) -> Float64[Array, "k 2"]:
+    """Points turned about the origin, counter-clockwise."""
+    cosine, sine = math.cos(angle_rad), math.sin(angle_rad)
+    return np.asarray(points @ np.array([[cosine, sine], [-sine, cosine]]))
+
+
+def _distance_to_way(
+    points: Float64[Array, "k 2"], start: tuple[float, float], end: tuple[float, float]
+) -> Float64[Array, " k"]:
     """How far points lie from the straight way between two positions."""
-    from_start, way = points - start, end - start
-    if abs(way) < 1e-6:
-        return np.asarray(np.abs(from_start))
-    # as shares of the way, its direction is that of the real numbers
-    share = from_start / way
-    return np.asarray(abs(way) * np.abs(share - np.clip(share.real, 0.0, 1.0)))
+    from_start, way = points - start, np.subtract(end, start)
+    square = float(way @ way)
+    if square > 1e-12:
+        share = np.clip(from_start @ way / square, 0.0, 1.0)
+        from_start = from_start - share[:, None] * way
+    return np.asarray(np.hypot(from_start[:, 0], from_start[:, 1]))
 
 
-def _middle(cell: Int64[Array, " k"], grid: GridConfig) -> Complex128[Array, " k"]:
-    """The middles of cells in the odometry frame, x + iy."""
-    row, column = cell >> 31, cell & ((1 << 31) - 1)
-    return np.asarray((row + 1j * column + complex(0.5 - _OFFSET, 0.5 - _OFFSET)) * grid.cell_m)
+def _middle(cell: Int64[Array, " k"], grid: GridConfig) -> Float64[Array, "k 2"]:
+    """The middles of cells in the odometry frame."""
+    number = np.stack([cell >> 31, cell & ((1 << 31) - 1)], axis=1)
+    return np.asarray((number - (_OFFSET - 0.5)) * grid.cell_m)

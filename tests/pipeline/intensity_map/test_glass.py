@@ -63,6 +63,21 @@ def test_a_weak_line_that_does_not_face_the_sensor_is_no_pane() -> None:
         assert len(panes(SceneCloud(xyz, np.full(61, 20, np.float32)))) == expected
 
 
+@pytest.mark.parametrize("angle_rad", [-2.8, -1.5, 0.0, 0.4, 1.6, 3.1])
+def test_a_patch_ends_where_its_outermost_points_lie_along_the_main_axis_of_all(angle_rad: float) -> None:
+    rng = np.random.default_rng(4)
+    line = np.column_stack([3 + rng.normal(0, 0.01, 80), rng.uniform(-0.35, 0.3, 80), np.full(80, 0.02)])
+    scene = turned(SceneCloud(line.astype(np.float32), np.full(80, 20, np.float32)), angle_rad)
+    ends = panes(scene, GlassConfig(extend_m=0.0)).reshape(2, 2)
+    place = scene.xyz[:, :2].astype(np.float64)
+    along = np.linalg.eigh(np.cov(place.T)).eigenvectors[:, 1]
+    reach = (place - place.mean(axis=0)) @ along
+    expected = place.mean(axis=0) + np.outer([reach.min(), reach.max()], along)
+    if np.dot(ends[1] - ends[0], along) < 0:
+        expected = expected[::-1]
+    np.testing.assert_allclose(ends, expected, atol=2e-6)
+
+
 @pytest.mark.parametrize("what", ["grass", "beads", "wall"])
 @pytest.mark.parametrize("distance_m", [1.5, 3.0, 6.0])
 def test_grass_curtains_and_walls_are_no_panes(what: str, distance_m: float) -> None:
