@@ -36,48 +36,48 @@ def find_glass(
         grid: As for the layers.
         config: Limits.
     """
-    level = np.flatnonzero(points.cell < grid.cells * grid.cells * (int(Layer.level) + 1))
-    share, cell = points.share.take(level), points.cell.take(level)
-    weak = np.flatnonzero(share < np.float32(config.intensity))
-    weak = weak.take(np.flatnonzero(_stronger_at_level(layers, cell.take(weak), config)))
+    level = grid.cells * grid.cells * (int(Layer.level) + 1)
+    weak = np.flatnonzero((points.cell < level) & (points.share < np.float32(config.intensity)))
+    weak = weak.take(np.flatnonzero(_stronger_at_level(layers, points.cell.take(weak), config)))
     if weak.size < config.points:
         return np.zeros((0, 4), np.float32)
-    place = cell.take(weak)
+    place = points.cell.take(weak)
     patches = _patches(place, grid)
-    label = patches.ravel().take(place)
+    label = patches.take(place)
     count = np.bincount(label)
     large = count >= config.points
     if not large.any():
         return np.zeros((0, 4), np.float32)
-    # few patches have so many points
-    alone = np.flatnonzero(large & ~_mixed(share, cell, patches, count, solid, config))
     lines = []
-    for patch in alone:
-        member = level.take(weak.take(np.flatnonzero(label == patch)))
-        ends = _line(np.stack([points.x.take(member), points.y.take(member)], axis=1).astype(np.float64), config)
-        if ends is not None:
-            lines.append(ends)
+    # few patches have so many points
+    for patch in np.flatnonzero(large & ~_mixed(points, patches, count, solid, config)):
+        member = weak.take(np.flatnonzero(label == patch))
+        line = _line(np.array([points.x.take(member), points.y.take(member)], np.float64).T, config)
+        if line is not None:
+            lines.append(line)
     return _extended(np.array(lines, np.float32).reshape(-1, 4), solid, grid, config)
 
 
-def _patches(cell: Int64[Array, " k"], grid: GridConfig) -> Int32[Array, "n n"]:
+def _patches(cell: Int64[Array, " k"], grid: GridConfig) -> Int32[Array, " cells"]:
     """The number of the patch that each cell of the grid is in or beside, from 1 on; 0 is no patch.
 
-    Cells that touch, or have one or two cells between them, are of one patch.
+    Cells that touch, or have one or two cells between them, are of one patch. A last number, 0, stands for whatever is
+    no cell of the grid.
     """
-    row, column = np.divmod(cell, grid.cells)
-    mask, patches = (np.zeros((grid.cells, grid.cells), kind) for kind in (np.uint8, np.int32))
-    mask[row, column] = 1
+    n = grid.cells
+    mask = np.zeros((n, n), np.uint8)
+    mask.reshape(-1)[cell] = 1
+    column, row, width, height = cv2.boundingRect(mask)
     # a cell more on each side
-    box = tuple(slice(max(int(index.min()) - 1, 0), int(index.max()) + 2) for index in (row, column))
-    _, patches[box] = cv2.connectedComponents(cv2.dilate(mask[box], _NEIGHBOURS), connectivity=8)
+    box = slice(max(row - 1, 0), row + height + 1), slice(max(column - 1, 0), column + width + 1)
+    patches = np.zeros(n * n + 1, np.int32)
+    _, patches[:-1].reshape(n, n)[box] = cv2.connectedComponents(cv2.dilate(mask[box], _NEIGHBOURS), connectivity=8)
     return patches
 
 
 def _mixed(
-    share: Float32[Array, " m"],
-    cell: Int64[Array, " m"],
-    patches: Int32[Array, "n n"],
+    points: LayerPoints,
+    patches: Int32[Array, " cells"],
     count: Int64[Array, " patches"],
     solid: Bool[Array, "n n"],
     config: GlassConfig,
@@ -86,12 +86,12 @@ def _mixed(
 
     A pane is weak all along, while a string that fills part of a beam only is as weak beside stronger ones.
     """
-    label = patches.ravel().take(cell)
-    # few points are in or beside a patch
+    # few points are in or beside a patch; those of the other layers get the last number, which is 0
+    label = patches.take(points.cell, mode="clip")
     near = np.flatnonzero(label)
-    strong = share.take(near) >= np.float32(_CLEARLY * config.intensity)
-    strong &= ~solid.ravel().take(cell.take(near))
-    beside = np.bincount(label.take(near.compress(strong)), minlength=count.size)
+    strong = points.share.take(near) >= np.float32(_CLEARLY * config.intensity)
+    strong &= ~solid.ravel().take(points.cell.take(near))
+    beside = np.bincount(label.take(near[strong]), minlength=count.size)
     return np.asarray(beside >= config.mixed * count)
 
 

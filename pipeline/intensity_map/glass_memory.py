@@ -68,13 +68,13 @@ def remember_glass(
         memory, before = GlassMemory(jumps=memory.jumps + 1), (x, y)
     cell, clouds, latest = memory.cell, memory.clouds, memory.seen_s
     if len(segments):
-        covered = _covered(segments, odom_sensor, grid)
-        cell, place = np.unique(np.concatenate([cell, covered]), return_inverse=True)
-        known, shown = place[: memory.cell.size], place[memory.cell.size :]
+        shown = np.unique(_covered(segments, odom_sensor, grid))  # once for a cell, however often it is named
+        cell = np.union1d(cell, shown)
+        known, now = np.searchsorted(cell, memory.cell), np.searchsorted(cell, shown)
         clouds, latest = np.zeros(cell.size, np.int64), np.full(cell.size, time_s)
         clouds[known], latest[known] = memory.clouds, memory.seen_s
-        clouds[shown] += 1  # once for a cell, however often it is named
-        latest[shown] = time_s
+        clouds[now] += 1
+        latest[now] = time_s
     if cell.size:
         middle = _middle(cell, grid)
         away = middle - (x, y)
@@ -135,5 +135,5 @@ def _distance_to_way(
 
 def _middle(cell: Int64[Array, " k"], grid: GridConfig) -> Float64[Array, "k 2"]:
     """The middles of cells in the odometry frame."""
-    number = np.stack([cell >> 31, cell & ((1 << 31) - 1)], axis=1)
+    number = np.array([cell >> 31, cell & ((1 << 31) - 1)]).T
     return np.asarray((number - (_OFFSET - 0.5)) * grid.cell_m)

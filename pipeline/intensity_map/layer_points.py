@@ -1,11 +1,12 @@
 """Which point of a cloud belongs to which layer and cell of an intensity map (MIM, eq. 1 and 2)."""
 
 from enum import IntEnum
+from functools import lru_cache
 from typing import NamedTuple
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, Int64, UInt8
+from jaxtyping import Bool, Float32, Int32, Int64, UInt8
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import FlatLayers, GridConfig, LayerConfig
@@ -61,13 +62,14 @@ def sort_points(
     half = np.float32(grid.half_m)
     # with NaN all comparisons are false
     inside = (x >= -half) & (x < half) & (y >= -half) & (y < half) & np.isfinite(z)
-    place, intensity = _taken(place, intensity, inside)
+    if not inside.all():
+        place, intensity = _taken(place, intensity, inside)
     height = place[2]
     chosen = (np.abs(height) <= np.float32(config.height_m)) & np.isfinite(intensity)
     if config.ground_margin_m > 0:
         block = _block(place, grid)
-        ground = _ground(height, block, grid, config)
-        chosen &= height > ground.take(block) + np.float32(config.ground_margin_m)
+        lowest = _ground(height, block, grid, config) + np.float32(config.ground_margin_m)
+        chosen &= height > lowest.take(block)
     standing, share = _taken(place, intensity, chosen)
     share = np.clip(share * np.float32(1 / config.full_scale), np.float32(0), np.float32(1))
     return LayerPoints(standing[0], standing[1], share, _layer_cells(standing, grid, config))
@@ -76,11 +78,8 @@ def sort_points(
 def _taken(
     place: Float32[Array, "3 p"], intensity: Float32[Array, " p"], chosen: Bool[Array, " p"]
 ) -> tuple[Float32[Array, "3 k"], Float32[Array, " k"]]:
-    """The chosen points; where that is all of them, as they are."""
     # numbers of points, not masks: numpy takes by number several times faster
     index = np.flatnonzero(chosen)
-    if index.size == chosen.size:
-        return place, intensity
     return place.take(index, axis=1), intensity.take(index)
 
 
@@ -91,16 +90,23 @@ def cell_numbers(coordinate_m: Float32[Array, "*k"], grid: GridConfig) -> Int64[
 
 
 def _layer_cells(place: Float32[Array, "3 k"], grid: GridConfig, config: LayerConfig) -> Int64[Array, " k"]:
-    """The number of the cell in a map of layers, of points within the grid.
-
-    Counted in float32, where numpy is twice as fast as with int64: it holds the numbers of 4 x 2000 x 2000 cells.
-    """
-    number = place[:2] * np.float32(1 / grid.cell_m) + np.float32(0.5 * grid.cells)
-    # the sum may be rounded up to the far edge itself
-    row, column = np.trunc(np.minimum(number, np.float32(grid.cells - 1)))
-    layer = _layer_of(place, config).astype(np.float32)
-    n = np.float32(grid.cells)
+    """The number of the cell in a map of layers, of points within the grid."""
+    number = place[:2] * np.float32(1 / grid.cell_m)
+    number += np.float32(0.5 * grid.cells)
+    row, column = _whole(number, grid.cells)
+    layer = _layer_of(place, config).astype(np.int32)
+    n = np.int32(grid.cells)
     return np.asarray(((layer * n + row) * n + column).astype(np.int64))
+
+
+def _whole(number: Float32[Array, "2 k"], limit: int) -> Int32[Array, "2 k"]:
+    """Whole rows and columns below a limit, of numbers that are at least 0.
+
+    NumPy turns floats into int32 four times as fast as into int64.
+    """
+    whole = number.astype(np.int32)
+    # sums may have been rounded up to the far edge itself; a look costs a fifth of a change
+    return np.minimum(whole, np.int32(limit - 1)) if whole.max(initial=0) >= limit else whole
 
 
 def _layer_of(place: Float32[Array, "3 k"], config: LayerConfig) -> UInt8[Array, " k"]:
@@ -112,8 +118,9 @@ def _layer_of(place: Float32[Array, "3 k"], config: LayerConfig) -> UInt8[Array,
         reach = np.sqrt(x * x + y * y)
         level = np.float32(np.tan(config.flat_rad)) * reach
         below = np.float32(np.tan(3 * config.flat_rad)) * reach
-    beneath = z < -level
-    steep = (z > level) | (z < -below)
+    depth = -z
+    beneath = depth > level
+    steep = (z > level) | (depth > below)
     # level, below, upper and lower count as 00, 01, 10 and 11
     return np.asarray(steep.view(np.uint8) * np.uint8(2) + beneath.view(np.uint8))
 
@@ -125,17 +132,21 @@ def ground_blocks(grid: GridConfig) -> int:
 
 def ground_limits(grid: GridConfig, config: LayerConfig) -> Float32[Array, "b b"]:
     """What may be ground in each block lies lower, in metres above the sensor."""
-    middle = np.abs(np.arange(ground_blocks(grid), dtype=np.float32) + np.float32(0.5 - grid.half_m))
+    return _limits(ground_blocks(grid), grid.half_m, config.sensor_height_m).copy()
+
+
+@lru_cache(maxsize=8)
+def _limits(blocks: int, half_m: float, sensor_height_m: float) -> Float32[Array, "b b"]:
+    middle = np.abs(np.arange(blocks, dtype=np.float32) + np.float32(0.5 - half_m))
     away = np.hypot(middle[:, None], middle[None, :])
-    return np.asarray(np.float32(STEEPEST_GROUND) * away - np.float32(config.sensor_height_m), np.float32)
+    return np.asarray(np.float32(STEEPEST_GROUND) * away - np.float32(sensor_height_m), np.float32)
 
 
 def _block(place: Float32[Array, "3 k"], grid: GridConfig) -> Int64[Array, " k"]:
     """The number of the block that points within the grid lie in."""
     blocks = ground_blocks(grid)
-    # the sum may be rounded up to the far edge itself; whole numbers up to 4000 x 4000 are exact in float32
-    row, column = np.floor(np.minimum(place[:2] + np.float32(grid.half_m), np.float32(blocks - 1)))
-    return np.asarray((row * np.float32(blocks) + column).astype(np.int64))
+    row, column = _whole(place[:2] + np.float32(grid.half_m), blocks)
+    return np.asarray((row * np.int32(blocks) + column).astype(np.int64))
 
 
 def _ground(

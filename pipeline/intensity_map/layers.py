@@ -11,29 +11,37 @@ from navtool.pipeline.intensity_map.layer_points import Layer, LayerPoints
 
 
 class IntensityLayers(NamedTuple):
-    """A map of one cloud, its axes r along x and c along y; the layers are those of `Layer`."""
+    """A map of one cloud, its axes r along x and c along y, or some of its cells; the layers are those of `Layer`."""
 
-    total: Float32[Array, "4 n n"]
+    total: Float32[Array, " 4 *cells"]
     """Sum of the intensities in each cell of each layer, in units of R."""
-    points: Float32[Array, "4 n n"]
+    points: Float32[Array, " 4 *cells"]
     """Number of points."""
-    largest: Float32[Array, "4 n n"] | None
+    largest: Float32[Array, " 4 *cells"] | None
     """The largest intensity; None where the reduction does not ask for it."""
 
-    def values(self, config: LayerConfig, grid: GridConfig) -> Float32[Array, "4 n n"]:
+    def at(self, cells: Int64[Array, " k"]) -> "IntensityLayers":
+        """Some cells alone, numbered r n + c."""
+        shape = (len(Layer), -1)
+        largest = None if self.largest is None else self.largest.reshape(shape).take(cells, axis=1)
+        total, points = self.total.reshape(shape), self.points.reshape(shape)
+        return IntensityLayers(total.take(cells, axis=1), points.take(cells, axis=1), largest)
+
+    def values(self, config: LayerConfig, grid: GridConfig) -> Float32[Array, " 4 *cells"]:
         """What eq. 1 makes of them, 0 where there is no point.
 
         Raises:
             ValueError: The reduction is ``max``, and the layers were made for another one.
         """
-        return _reduced(self.total, self.points, self.largest, config, grid)
-
-    def values_at(self, cells: Int64[Array, " k"], config: LayerConfig, grid: GridConfig) -> Float32[Array, "4 k"]:
-        """The `values` of some cells, numbered r n + c."""
-        shape = (len(Layer), -1)
-        total, points = (part.reshape(shape).take(cells, axis=1) for part in (self.total, self.points))
-        largest = None if self.largest is None else self.largest.reshape(shape).take(cells, axis=1)
-        return _reduced(total, points, largest, config, grid)
+        match config.reduction:
+            case Reduction.sum:
+                return np.asarray(self.total / np.float32(grid.cell_m * grid.cell_m))  # eq. 1
+            case Reduction.mean:
+                return np.asarray(self.total / np.maximum(self.points, np.float32(1)))
+            case Reduction.max:
+                if self.largest is None:
+                    raise ValueError("these layers were made without their largest intensities; make them for max")
+                return self.largest
 
 
 def intensity_layers(points: LayerPoints, grid: GridConfig, config: LayerConfig) -> IntensityLayers:
@@ -55,21 +63,3 @@ def intensity_layers(points: LayerPoints, grid: GridConfig, config: LayerConfig)
     largest = np.zeros(shape, np.float32)
     np.maximum.at(largest.reshape(-1), points.cell, points.share)
     return IntensityLayers(total, number, largest)
-
-
-def _reduced(
-    total: Float32[Array, " 4 *cells"],
-    points: Float32[Array, " 4 *cells"],
-    largest: Float32[Array, " 4 *cells"] | None,
-    config: LayerConfig,
-    grid: GridConfig,
-) -> Float32[Array, " 4 *cells"]:
-    match config.reduction:
-        case Reduction.sum:
-            return np.asarray(total / np.float32(grid.cell_m * grid.cell_m))  # eq. 1
-        case Reduction.mean:
-            return np.asarray(total / np.maximum(points, np.float32(1)))
-        case Reduction.max:
-            if largest is None:
-                raise ValueError("these layers were made without their largest intensities; make them for max")
-            return largest

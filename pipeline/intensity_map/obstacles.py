@@ -9,7 +9,6 @@ from jaxtyping import Bool, Float32, Int64, UInt8
 
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GridConfig, LayerConfig, ObstacleConfig, Reduction
-from navtool.pipeline.intensity_map.layer_points import Layer
 from navtool.pipeline.intensity_map.layers import IntensityLayers
 
 TIE = 1e-4
@@ -56,10 +55,12 @@ def find_obstacles(
     seen = np.asarray((layers.points > 0).any(axis=0))
     # a cloud has points in few of the cells
     cells = np.flatnonzero(seen)
-    value = layers.values_at(cells, config, grid)
-    highest = value.max(axis=0)
-    if obstacle.pooling_cells:
-        above = _above(layers, cells, grid, config, obstacle)
+    there = layers.at(cells)
+    highest = there.values(config, grid).max(axis=0)
+    if obstacle.pooling_cells and config.reduction is Reduction.max:
+        above = _largest_above(layers, cells, grid, config, obstacle)
+    elif obstacle.pooling_cells:
+        above = _pooled_above(there, cells, grid, config, obstacle)
     else:
         above = highest > np.float32(obstacle.threshold)  # eq. 3
     solid, pliable = np.zeros((2, *seen.shape), np.float32)
@@ -68,35 +69,51 @@ def find_obstacles(
     return Obstacles(solid, pliable, seen)
 
 
-def _above(
+def _largest_above(
     layers: IntensityLayers, cells: Int64[Array, " k"], grid: GridConfig, config: LayerConfig, obstacle: ObstacleConfig
 ) -> Bool[Array, " k"]:
-    """In which cells the reduction of the points around is above the threshold in any layer."""
+    """In which cells the largest intensity around is above the threshold in any layer."""
     side = 2 * obstacle.pooling_cells + 1
     above = np.zeros(cells.size, bool)
-    if config.reduction is Reduction.max:
-        for layer in layers.values(config, grid):
-            pooled = cv2.dilate(layer, np.ones((side, side), np.uint8))
-            above |= pooled.ravel().take(cells) > np.float32(obstacle.threshold)
-        return above
-    shape = (len(Layer), -1)
-    total, points = (part.reshape(shape).take(cells, axis=1) for part in (layers.total, layers.points))
+    for layer in layers.values(config, grid):
+        pooled = cv2.dilate(layer, np.ones((side, side), np.uint8))
+        above |= pooled.ravel().take(cells) > np.float32(obstacle.threshold)
+    return above
+
+
+def _pooled_above(
+    there: IntensityLayers, cells: Int64[Array, " k"], grid: GridConfig, config: LayerConfig, obstacle: ObstacleConfig
+) -> Bool[Array, " k"]:
+    """In which cells the sum or the mean of the points around is above the threshold in any layer.
+
+    Args:
+        there: The layers in these cells.
+        cells: All cells with returns, increasing.
+        grid: Where they lie.
+        config: Sum or mean.
+        obstacle: Threshold and how far cells are pooled.
+    """
+    n, k = grid.cells, obstacle.pooling_cells
     if config.reduction is Reduction.mean:
         # the mean of some points is above the threshold where they exceed it by more than they fall short of it
-        excess, elsewhere = total - np.float32(obstacle.threshold) * points, np.float32(0)
+        excess, elsewhere = there.total - np.float32(obstacle.threshold) * there.points, np.float32(0)
     else:
         elsewhere = np.float32(-obstacle.threshold * grid.cell_m * grid.cell_m)
-        excess = total + elsewhere
-    ones = np.ones(side, np.float32)
-    around = np.full((grid.cells, grid.cells), elsewhere)
-    pooled = np.empty_like(around)
+        excess = there.total + elsewhere
     # nothing comes of a layer that falls short everywhere
-    for layer in excess[(excess > 0).any(axis=1)]:
-        around.reshape(-1)[cells] = layer
-        # beyond the edge of the grid there is nothing, neither points nor area
-        cv2.sepFilter2D(around, -1, ones, ones, dst=pooled, borderType=cv2.BORDER_CONSTANT)
-        above |= pooled.ravel().take(cells) > np.float32(TIE)
-    return above
+    excess = excess[(excess > 0).any(axis=1)]
+    if not len(excess):
+        return np.zeros(cells.size, bool)
+    # The layers lie one below the other, of the grid's rows those that matter. Beyond the edge of the grid there is
+    # nothing, neither points nor area: k rows of zeros between two layers are its edge.
+    first, last = max(int(cells[0]) // n - k, 0), min(int(cells[-1]) // n + k + 1, n)
+    place = cells - first * n
+    around = np.full((len(excess), last - first + k, n), elsewhere)
+    around[:, last - first :] = 0
+    around.reshape(len(excess), -1)[:, place] = excess
+    ones = np.ones(2 * k + 1, np.float32)
+    pooled = cv2.sepFilter2D(around.reshape(-1, n), -1, ones, ones, borderType=cv2.BORDER_CONSTANT)
+    return np.asarray((pooled.reshape(len(excess), -1).take(place, axis=1) > np.float32(TIE)).any(axis=0))
 
 
 def cell_classes(obstacles: Obstacles, transparent: Bool[Array, "n n"]) -> UInt8[Array, "n n"]:
