@@ -6,29 +6,31 @@ import types
 from collections.abc import Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Union, get_args, get_origin, get_type_hints
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from navtool.base.errors import DatasetsError
 
 
-def from_plain[T](cls: type[T], value: object, *, where: str | Path) -> T:
+def from_plain[T](cls: type[T], value: object, *, where: str | Path, concrete: Mapping[type, type] | None = None) -> T:
     """An instance of the dataclass ``cls``, checked strictly: no unknown key, no other type, no silent conversion.
 
-    Whole numbers are taken where a float is wanted, and enums by the names of their members; nothing else is
-    converted. Every fault of the mapping is named in one error.
+    Whole numbers are taken where a float is wanted, lists where a tuple is, and enums by the names of their members;
+    nothing else is converted. Every fault of the mapping is named in one error.
 
     Args:
-        cls: The dataclass to build; its fields may nest dataclasses, lists, dicts, enums and optional values.
+        cls: The dataclass to build; its fields may nest dataclasses, lists, tuples, dicts, enums and optional values.
         value: The parsed content.
         where: The file that the content comes from, for messages.
+        concrete: For a field's dataclass, the subclass to build instead.
 
     Raises:
         DatasetsError: If a key is unknown or missing, a value has another type, or a check of the dataclass fails.
     """
-    faults: list[str] = []
-    built = _dataclass(cls, value, "", faults)
-    if faults or not isinstance(built, cls):
-        raise DatasetsError("; ".join(faults), where=where, cure="correct the named keys; see the documented fields")
+    reader = _Reader(concrete or {})
+    built = reader.dataclass(cls, value, "")
+    if reader.faults or not isinstance(built, cls):
+        cure = "correct the named keys; see the documented fields"
+        raise DatasetsError("; ".join(reader.faults), where=where, cure=cure)
     return built
 
 
@@ -38,68 +40,95 @@ def did_you_mean(word: str, known: Sequence[str]) -> str:
     return f" (did you mean {close[0]!r}?)" if close else ""
 
 
-def _dataclass(cls: type, value: object, path: str, faults: list[str]) -> object:
-    if not isinstance(value, Mapping):
-        faults.append(f"{path or 'the file'}: wanted keys and values, got {_kind(value)}")
-        return None
-    fields = {field.name: field for field in dataclasses.fields(cls)}
-    hints = get_type_hints(cls)
-    before = len(faults)
-    arguments: dict[str, object] = {}
-    for key, entry in value.items():
-        place = f"{path}.{key}" if path else str(key)
-        if key not in fields:
-            known = sorted(fields)
-            faults.append(f"unknown key {place!r}{did_you_mean(str(key), known)}, known are {', '.join(known)}")
-            continue
-        arguments[str(key)] = _value(hints[str(key)], entry, place, faults)
-    faults.extend(
-        f"missing key {f'{path}.{name}' if path else name!r}"
-        for name, field in fields.items()
-        if name not in value and field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
-    )
-    if len(faults) > before:
-        return None
-    try:
-        return cls(**arguments)
-    except (DatasetsError, ValueError) as error:
-        text = f"{error.where}: {error.what}" if isinstance(error, DatasetsError) else str(error)
-        hint = f" ({error.cure})" if isinstance(error, DatasetsError) and error.cure else ""
-        faults.append(f"{path}: {text}{hint}" if path else f"{text}{hint}")
-        return None
+class _Reader:
+    """Builds values, and collects every fault on the way."""
 
+    def __init__(self, concrete: Mapping[type, type]) -> None:
+        self.faults: list[str] = []
+        self._concrete = concrete
 
-def _value(hint: object, value: object, path: str, faults: list[str]) -> object:
-    origin, arguments = get_origin(hint), get_args(hint)
-    if origin in (Union, types.UnionType):
-        inner = next(argument for argument in arguments if argument is not types.NoneType)
-        return None if value is None else _value(inner, value, path, faults)
-    if origin is list and isinstance(value, list):
-        return [_value(arguments[0], entry, f"{path}[{i}]", faults) for i, entry in enumerate(value)]
-    if origin is dict and isinstance(value, Mapping):
-        return {str(key): _value(arguments[1], entry, f"{path}.{key}", faults) for key, entry in value.items()}
-    if origin in (list, dict):
-        faults.append(f"{path}: wanted {'a list' if origin is list else 'keys and values'}, got {_kind(value)}")
+    def dataclass(self, cls: type, value: object, path: str) -> object:
+        """An instance of the dataclass, or of the one that stands for it; None where there is a fault."""
+        if not isinstance(value, Mapping):
+            self.faults.append(f"{path or 'the file'}: wanted keys and values, got {_kind(value)}")
+            return None
+        cls = self._concrete.get(cls, cls)
+        fields = {field.name: field for field in dataclasses.fields(cls)}
+        hints = get_type_hints(cls)
+        before = len(self.faults)
+        arguments: dict[str, object] = {}
+        for key, entry in value.items():
+            place = f"{path}.{key}" if path else str(key)
+            if key not in fields:
+                known = sorted(fields)
+                hint = did_you_mean(str(key), known)
+                self.faults.append(f"unknown key {place!r}{hint}, known are {', '.join(known)}")
+                continue
+            arguments[str(key)] = self._value(hints[str(key)], entry, place)
+        self.faults.extend(
+            f"missing key {f'{path}.{name}' if path else name!r}"
+            for name, field in fields.items()
+            if name not in value
+            and field.default is dataclasses.MISSING
+            and field.default_factory is dataclasses.MISSING
+        )
+        return None if len(self.faults) > before else self._made(cls, arguments, path)
+
+    def _made(self, cls: type, arguments: Mapping[str, object], path: str) -> object:
+        try:
+            return cls(**arguments)
+        except (DatasetsError, ValueError) as error:
+            text = f"{error.where}: {error.what}" if isinstance(error, DatasetsError) else str(error)
+            hint = f" ({error.cure})" if isinstance(error, DatasetsError) and error.cure else ""
+            self.faults.append(f"{path}: {text}{hint}" if path else f"{text}{hint}")
+            return None
+
+    def _value(self, hint: object, value: object, path: str) -> object:
+        origin, arguments = get_origin(hint), get_args(hint)
+        if hint is Any:
+            return value
+        if origin in (Union, types.UnionType):
+            return self._one_of(arguments, value, path)
+        if origin is list and isinstance(value, list):
+            return [self._value(arguments[0], entry, f"{path}[{i}]") for i, entry in enumerate(value)]
+        if origin is tuple and isinstance(value, list):
+            return self._tuple(arguments, value, path)
+        if origin in (dict, Mapping) and isinstance(value, Mapping):
+            return {str(key): self._value(arguments[1], entry, f"{path}.{key}") for key, entry in value.items()}
+        if origin in (list, tuple, dict, Mapping):
+            wanted = "a list" if origin in (list, tuple) else "keys and values"
+            self.faults.append(f"{path}: wanted {wanted}, got {_kind(value)}")
+            return None
+        if not isinstance(hint, type):
+            raise TypeError(f"{path}: fields of type {hint} are not supported")
+        return self.dataclass(hint, value, path) if dataclasses.is_dataclass(hint) else self._scalar(hint, value, path)
+
+    def _one_of(self, hints: Sequence[object], value: object, path: str) -> object:
+        """A value of one of several types; where none is its own, the first one says what is wrong."""
+        if value is None and types.NoneType in hints:
+            return None
+        inner = [hint for hint in hints if hint is not types.NoneType]
+        return self._value(type(value) if type(value) in inner else inner[0], value, path)
+
+    def _tuple(self, hints: Sequence[object], value: Sequence[object], path: str) -> object:
+        each = [hints[0]] * len(value) if hints[-1] is Ellipsis else hints
+        if len(each) != len(value):
+            self.faults.append(f"{path}: wanted {len(each)} values, got {len(value)}")
+            return None
+        return tuple(self._value(hint, value[i], f"{path}[{i}]") for i, hint in enumerate(each))
+
+    def _scalar(self, hint: type, value: object, path: str) -> object:
+        if issubclass(hint, Enum):
+            if isinstance(value, str) and value in hint.__members__:
+                return hint[value]
+            self.faults.append(f"{path}: {value!r} is none of {', '.join(hint.__members__)}")
+            return None
+        if hint is float and isinstance(value, int) and not isinstance(value, bool):
+            return float(value)
+        if isinstance(value, hint) and (hint is bool or not isinstance(value, bool)):
+            return value
+        self.faults.append(f"{path}: wanted {_NAMES.get(hint, hint.__name__)}, got {_kind(value)}")
         return None
-    if not isinstance(hint, type):
-        raise TypeError(f"{path}: fields of type {hint} are not supported")
-    return (
-        _dataclass(hint, value, path, faults) if dataclasses.is_dataclass(hint) else _scalar(hint, value, path, faults)
-    )
-
-
-def _scalar(hint: type, value: object, path: str, faults: list[str]) -> object:
-    if issubclass(hint, Enum):
-        if isinstance(value, str) and value in hint.__members__:
-            return hint[value]
-        faults.append(f"{path}: {value!r} is none of {', '.join(hint.__members__)}")
-        return None
-    if hint is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    if isinstance(value, hint) and (hint is bool or not isinstance(value, bool)):
-        return value
-    faults.append(f"{path}: wanted {_NAMES.get(hint, hint.__name__)}, got {_kind(value)}")
-    return None
 
 
 _NAMES = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}

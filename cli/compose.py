@@ -67,16 +67,19 @@ def refuse_unknown(group: str, name: str, what: str) -> None:
     Raises:
         UsageError: There is none; those that there are, are listed.
     """
-    from difflib import get_close_matches
-
     from navtool.configs.schema import config_folder
 
     known = sorted(path.stem for path in (config_folder() / group).glob("*.yaml"))
-    if name in known:
-        return
+    if name not in known:
+        raise _unknown_option(name, known, what)
+
+
+def _unknown_option(name: str, known: Sequence[str], what: str) -> UsageError:
+    from difflib import get_close_matches
+
     near = get_close_matches(name, known, 1)
     meant = f" (did you mean {near[0]}?)" if near else ""
-    raise UsageError(f"no {what} is called {name!r}{meant}", cure=f"known are {', '.join(known)}")
+    return UsageError(f"no {what} is called {name!r}{meant}", cure=f"known are {', '.join(known)}")
 
 
 def refuse_unknown_choices(group: str, overrides: Sequence[str], what: str) -> None:
@@ -111,7 +114,7 @@ def to_typed[T](composed: object, result: type[T]) -> T:
 @contextmanager
 def usage_errors() -> Iterator[None]:
     """Turn what Hydra and OmegaConf raise about a configuration into one readable message."""
-    from hydra.errors import HydraException
+    from hydra.errors import HydraException, MissingConfigException
     from omegaconf.errors import OmegaConfBaseException
 
     try:
@@ -119,6 +122,10 @@ def usage_errors() -> Iterator[None]:
     except (HydraException, OmegaConfBaseException) as error:
         if (refused := _refused_choice(error)) is not None:
             raise refused from error
+        if isinstance(error, MissingConfigException) and error.options:
+            group, _, name = str(error.missing_cfg_file).rpartition("/")
+            options = sorted(option for option in error.options if not option.endswith("_schema"))
+            raise _unknown_option(name, options, group) from error
         raise UsageError(_readable(error), cure=_CURE) from error
 
 

@@ -56,7 +56,7 @@ class DemoReport:
                 html_table(("what", "rows"), rows),
                 f"<h2>Predictions on the {escape(evaluation.split)} split</h2>",
                 html_figure(self.predictions, "png", "the predicted trajectory, and E-hat against E along it"),
-                html_table(("metric", *evaluation.columns()), evaluation.rows()),
+                html_table(("metric", *evaluation.table.columns), evaluation.table.rows),
                 "<h2>The artefact</h2>",
                 html_table(("check", "ok", "detail"), checks),
             ],

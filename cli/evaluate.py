@@ -46,5 +46,6 @@ def print_evaluation(report: "EvaluationReport") -> None:
     """The report for a person."""
     from navtool.cli.console import console, print_table
 
-    print_table(f"Success prediction on {report.split}", ("metric", *report.columns()), report.rows())
+    title, columns, rows = report.table
+    print_table(f"{title} on {report.split}", ("metric", *columns), rows)
     console().print(f"{report.samples} samples of {report.source}; counts and lineage with --json", markup=False)

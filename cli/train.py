@@ -10,9 +10,6 @@ if TYPE_CHECKING:
 
     from navtool.train.run import RunResult
 
-_UNSEEN = 0.5
-"""From this share of empty trajectory images on a run's report says so."""
-
 
 def train(
     overrides: list[str] | None = typer.Argument(None, metavar="[KEY=VALUE]...", help="Such as trainer.epochs=5."),
@@ -63,8 +60,7 @@ def train_job(composed: "DictConfig") -> float:
     if OmegaConf.is_missing(composed, "dataset"):
         raise UsageError("no data set was named", where="train", cure="pass --data FOLDER")
     job = to_typed(composed, TrainJob)
-    weights = job.model.pretrained_image_weights
-    require_there(Path(job.dataset), None if weights is None else Path(weights))
+    require_there(Path(job.dataset), *job.model.files())
     out = Path(HydraConfig.get().runtime.output_dir)
     with wrong_call():
         first_epoch(RunFolder(out), job.config(), resume=False)
@@ -85,10 +81,7 @@ def print_run(result: "RunResult") -> None:
     from navtool.cli.console import console, print_notes
 
     out = console()
-    if result.unseen_share > _UNSEEN:
-        why = "they end before the ground that the camera sees begins"
-        cure = "ingest at a lower fps, so that the steps reach further, or look at the camera's mounting"
-        print_notes([f"{result.unseen_share:.0%} of the trajectory images are empty: {why}; {cure}"])
+    print_notes(result.remarks.notes)
     out.print(
         f"{result.epochs} epochs in {result.seconds:.1f} s, {result.samples_per_s:.1f} samples/s, "
         f"best validation loss {result.best_val_loss:.4f}",

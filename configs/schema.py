@@ -37,12 +37,9 @@ SCHEMAS: dict[str, tuple[Schema, ...]] = {
         Schema("simulate_schema", "navtool.sim.record.config:SimulationConfig"),
         Schema("scenario_schema", "navtool.sim.world.scenario:ScenarioConfig", "scenario"),
     ),
-    "train": (
-        Schema("train_schema", "navtool.configs.train_job:TrainJob"),
-        Schema("graspe_schema", "navtool.train.graspe.config:GraspeConfig", "model"),
-    ),
+    "train": (Schema("train_schema", "navtool.configs.train_job:TrainJob"),),
 }
-"""The configurations by the names of their YAML files."""
+"""The configurations by the names of their YAML files. Training has a schema a model besides: see `register`."""
 
 
 def config_folder() -> Path:
@@ -51,6 +48,13 @@ def config_folder() -> Path:
 
 
 def register(config: str) -> None:
-    """Make the schemas of a configuration known to Hydra; twice does no harm."""
+    """Make the schemas of a configuration known to Hydra; twice does no harm.
+
+    Each row of the table of models has its own, such as ``graspe_schema`` in the group ``model``.
+    """
+    store = ConfigStore.instance()
     for schema in SCHEMAS[config]:
-        ConfigStore.instance().store(name=schema.name, node=resolve_name(schema.dataclass), group=schema.group)
+        store.store(name=schema.name, node=resolve_name(schema.dataclass), group=schema.group)
+    if config == "train":
+        for name, kind in resolve_name("navtool.train.models:MODELS").items():
+            store.store(name=f"{name}_schema", node=kind.config, group="model")

@@ -9,10 +9,10 @@ import torch
 from navtool.export.errors import ExportError
 from navtool.export.golden import GOLDEN
 from navtool.export.manifest import MANIFEST, Manifest, read_manifest
-from navtool.export.scripted import SCRIPT_ERRORS, load_scripted, told_by_script
+from navtool.export.scripted import SCRIPT_ERRORS, Scripted, load_scripted, told_by_script
+from navtool.train.models import unknown_model
 
 MODEL = "model.ts"
-KIND = "graspe"
 _CURE = "export the run again, or fetch the artefact again"
 
 
@@ -25,7 +25,7 @@ class Artefact:
     content: dict[str, bytes]
     """The checked bytes of each file: what was hashed is what is used."""
 
-    def load(self, device: torch.device) -> torch.jit.ScriptModule:
+    def load(self, device: torch.device) -> Scripted:
         """The network.
 
         Raises:
@@ -42,15 +42,21 @@ def open_artefact(path: Path) -> Artefact:
     """Read an artefact and check its files.
 
     Raises:
-        ExportError: It is none, of another kind or schema, or a file is missing, changed or unexpected.
+        ExportError: It is none, of an unknown kind or schema, or a file is missing, changed or unexpected.
     """
     manifest = read_manifest(path)
-    if manifest.kind != KIND:
-        raise ExportError(f"is of kind {manifest.kind!r}, wanted {KIND!r}", where=path / MANIFEST, cure=_CURE)
+    if fault := kind_fault(manifest):
+        raise ExportError(fault, where=path / MANIFEST, cure=_CURE)
     content, faults = check_files(path, manifest)
     if faults:
         raise ExportError("; ".join(faults), where=path, cure=_CURE)
     return Artefact(path, manifest, content)
+
+
+def kind_fault(manifest: Manifest) -> str | None:
+    """What is wrong with the kind of an artefact; None where it is a model that this navtool knows."""
+    fault = unknown_model(manifest.kind)
+    return f"is of kind {manifest.kind!r}: {fault}" if fault else None
 
 
 def check_files(path: Path, manifest: Manifest) -> tuple[dict[str, bytes], list[str]]:

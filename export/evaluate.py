@@ -4,15 +4,14 @@ from pathlib import Path
 
 from navtool.base.errors import DatasetsError
 from navtool.base.files import write_json
-from navtool.base.from_plain import from_plain
-from navtool.datasets.store.reader import NavDataset
 from navtool.export.artefact import open_artefact
 from navtool.export.errors import ExportError
 from navtool.export.manifest import MANIFEST
-from navtool.train.config import Device, TrainConfig
+from navtool.train.config import Device
 from navtool.train.device import torch_device
 from navtool.train.errors import TrainError
 from navtool.train.evaluate import EvaluationReport, Origin, evaluate_run, evaluate_scorer
+from navtool.train.models import kind_of, read_config
 from navtool.train.splits import Split
 
 
@@ -59,9 +58,10 @@ def evaluate_artefact(
     if dataset is None:
         raise ExportError("an artefact does not know where its data set is", where=artefact, cure="name it with --data")
     try:
-        config = from_plain(TrainConfig, opened.manifest.config, where=artefact / MANIFEST)
+        config = read_config(opened.manifest.kind, opened.manifest.config, where=artefact / MANIFEST)
     except DatasetsError as error:
         raise ExportError(error.what, where=artefact / MANIFEST, cure="use the navtool that wrote it") from error
     place = torch_device(device)
     origin = Origin(artefact.as_posix(), "artefact", config, opened.manifest.lineage)
-    return evaluate_scorer(opened.load(place), NavDataset(dataset), split, origin=origin, device=place)
+    source = kind_of(config.model).task.open(dataset)
+    return evaluate_scorer(opened.load(place), source, split, origin=origin, device=place)

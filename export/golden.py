@@ -6,20 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 import safetensors.torch
-import torch
+from numpy.typing import NDArray
 from torch import Tensor
+from torch.utils.data import default_collate
 
 from navtool.base.navtool_error import NavtoolError
-from navtool.datasets.store.reader import NavDataset
-from navtool.export.manifest import TensorSpec
 from navtool.train.checkpoint import LoadedRun
-from navtool.train.datamodule import sample_loader
 from navtool.train.errors import TrainError
+from navtool.train.models import kind_of
 from navtool.train.run_lineage import dataset_path, splits_of
-from navtool.train.samples import SampleDataset
+from navtool.train.samples import Batch
 from navtool.train.splits import Split
-from navtool.train.synthetic import SyntheticConfig, SyntheticSource
-from navtool.train.windows import plan_windows
 
 GOLDEN = "golden.safetensors"
 TOLERANCE = 1e-5
@@ -34,31 +31,32 @@ class GoldenInputs(NamedTuple):
     source: str
 
 
-def golden_inputs(run: LoadedRun, where: Path, inputs: tuple[TensorSpec, ...]) -> GoldenInputs:
-    """Samples that the network was not trained on, from the run's data set; synthetic ones where it is out of reach.
+def golden_inputs(run: LoadedRun, where: Path) -> GoldenInputs:
+    """Samples that the network was not trained on, from the run's data; made of numbers where they are out of reach.
 
     Args:
         run: The run.
         where: Its ``lineage.json``, for messages.
-        inputs: Names of the inputs in the order of `Sample.inputs`.
     """
+    kind = kind_of(run.config.model)
     try:
-        source = NavDataset(dataset_path(run.lineage, where))
+        source = kind.task.open(dataset_path(run.lineage, where))
         splits = splits_of(run.lineage, source)
-        windows = plan_windows(source, splits.episodes(Split.test) or splits.episodes(Split.val), run.config.data)
-        if not len(windows):
+        samples = kind.task.samples(source, splits.episodes(Split.test) or splits.episodes(Split.val), run.config)
+        if not len(samples):
             raise TrainError("the data set has no samples any more", where=source.root)
-        chosen = np.unique(np.linspace(0, len(windows) - 1, SAMPLES).round().astype(np.int64)).tolist()
-        dataset, name = SampleDataset(source, windows, run.config.data), f"data set rows {windows.row[chosen].tolist()}"
+        chosen = np.unique(_evenly(len(samples))).tolist()
+        name = f"data set rows {samples.row[chosen].tolist()}"
     except NavtoolError as error:
-        model = run.config.model
-        world = SyntheticConfig(rows=30, image_height=model.image_height, image_width=model.image_width)
-        fallback = SyntheticSource(world)
-        windows = plan_windows(fallback, [0], run.config.data)
-        chosen = np.linspace(0, len(windows) - 1, SAMPLES).round().astype(np.int64).tolist()
-        dataset, name = SampleDataset(fallback, windows, run.config.data), f"synthetic ({error.what})"
-    batch = next(iter(sample_loader(torch.utils.data.Subset(dataset, chosen), SAMPLES, workers=0)))
-    return GoldenInputs({spec.name: tensor for spec, tensor in zip(inputs, batch.inputs(), strict=True)}, name)
+        samples = kind.task.samples(kind.stand_in(run.config.model), [0], run.config)
+        chosen, name = _evenly(len(samples)).tolist(), f"synthetic ({error.what})"
+    batch: Batch = default_collate([samples[index] for index in chosen])
+    specs = kind.contract(run.config.model).inputs
+    return GoldenInputs({spec.name: tensor for spec, tensor in zip(specs, batch.inputs(), strict=True)}, name)
+
+
+def _evenly(count: int) -> NDArray[np.int64]:
+    return np.linspace(0, count - 1, SAMPLES).round().astype(np.int64)
 
 
 def golden_bytes(inputs: Mapping[str, Tensor], outputs: Mapping[str, Tensor]) -> bytes:

@@ -3,35 +3,21 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path, PurePath
 from typing import Any
 
+from navtool.base.errors import DatasetsError
+from navtool.base.from_plain import from_plain
 from navtool.base.lineage import plain
 from navtool.export.errors import ExportError
+from navtool.train.contract import TensorSpec
 
 MANIFEST = "manifest.json"
 MANIFEST_SCHEMA = 1
 """Raised whenever a field changes its meaning; other versions are refused."""
 MAX_MANIFEST_BYTES = 16 * 1024 * 1024
 """A manifest that is larger is not one of ours."""
-
-
-@dataclass(frozen=True, slots=True)
-class TensorSpec:
-    """One input or output."""
-
-    name: str
-    shape: tuple[int | str, ...]
-    """Sizes; a name such as ``batch`` where any size >= 1 goes."""
-    dtype: str
-    """uint8, int64 or float32."""
-    unit: str
-    """SI, or 1."""
-    range: tuple[float, float] | None
-    """Smallest and largest value; None where there is no bound."""
-    frame: str
-    """Frame and order of the values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +34,7 @@ class Manifest:
     """The content of ``manifest.json``."""
 
     kind: str
-    """``graspe``."""
+    """Name of its kind of model, such as in ``navtool.train.models``."""
     created_by: str
     """Version of the code that exported it."""
     inputs: tuple[TensorSpec, ...]
@@ -69,6 +55,13 @@ class Manifest:
     """The run's figures; None where it did not finish."""
     files: Mapping[str, FileEntry]
     """Every file but the manifest, by name."""
+
+    def __post_init__(self) -> None:
+        if not self.golden_tolerance >= 0.0:
+            raise ValueError(f"golden_tolerance = {self.golden_tolerance} must not be negative")
+        for name in self.files:
+            if name in ("", ".", "..", MANIFEST) or PurePath(name).name != name or "\\" in name or "\0" in name:
+                raise ValueError(f"file name {name!r} is not a plain name inside the artefact")
 
     def to_json(self) -> dict[str, Any]:
         """The manifest as JSON, with a digest of all its other fields."""
@@ -105,10 +98,11 @@ def read_manifest(artefact: Path) -> Manifest:
         )
     if content.get("digest") != digest(content):
         raise _damaged(path, "its digest does not match: a field was changed after the export")
+    known = {entry.name for entry in fields(Manifest)}
     try:
-        return _parse(content)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise _damaged(path, f"{type(error).__name__}: {error}") from error
+        return from_plain(Manifest, {name: content[name] for name in content if name in known}, where=path)
+    except DatasetsError as error:
+        raise _damaged(path, error.what) from error
 
 
 def _read(artefact: Path, path: Path) -> dict[str, Any]:
@@ -125,65 +119,6 @@ def _read(artefact: Path, path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise _damaged(path, "it holds no JSON object")
     return content
-
-
-def _parse(content: Mapping[str, Any]) -> Manifest:
-    tolerance = content["golden_tolerance"]
-    if not isinstance(tolerance, float | int) or isinstance(tolerance, bool) or not tolerance >= 0.0:
-        raise ValueError(f"golden_tolerance is {tolerance!r}")
-    return Manifest(
-        kind=_text(content["kind"]),
-        created_by=_text(content["created_by"]),
-        inputs=tuple(_spec(entry) for entry in content["inputs"]),
-        outputs=tuple(_spec(entry) for entry in content["outputs"]),
-        methods=tuple(_text(name) for name in content["methods"]),
-        golden_source=_text(content["golden_source"]),
-        golden_tolerance=float(tolerance),
-        config=_mapping(content["config"]),
-        lineage=_mapping(content["lineage"]),
-        metrics=None if content["metrics"] is None else _mapping(content["metrics"]),
-        files={_plain_name(name): _file(entry) for name, entry in _mapping(content["files"]).items()},
-    )
-
-
-def _spec(entry: Mapping[str, Any]) -> TensorSpec:
-    shape = tuple(entry["shape"])
-    if not all(isinstance(size, str) or (type(size) is int and size > 0) for size in shape):
-        raise ValueError(f"shape {shape!r}")
-    low_high = entry["range"]
-    return TensorSpec(
-        name=_text(entry["name"]),
-        shape=shape,
-        dtype=_text(entry["dtype"]),
-        unit=_text(entry["unit"]),
-        range=None if low_high is None else (float(low_high[0]), float(low_high[1])),
-        frame=_text(entry["frame"]),
-    )
-
-
-def _file(entry: Mapping[str, Any]) -> FileEntry:
-    if type(entry["size"]) is not int:
-        raise TypeError(f"size {entry['size']!r}")
-    return FileEntry(sha256=_text(entry["sha256"]), size=entry["size"])
-
-
-def _plain_name(name: str) -> str:
-    """A file directly in the artefact: no other folder, no way out of it."""
-    if name in ("", ".", "..", MANIFEST) or PurePath(name).name != name or "\\" in name or "\0" in name:
-        raise ValueError(f"file name {name!r} is not a plain name inside the artefact")
-    return name
-
-
-def _mapping(value: object) -> Mapping[str, Any]:
-    if not isinstance(value, dict):
-        raise TypeError(f"wanted an object, got {str(value)[:80]!r}")
-    return value
-
-
-def _text(value: object) -> str:
-    if not isinstance(value, str):
-        raise TypeError(f"wanted text, got {str(value)[:80]!r}")
-    return value
 
 
 def _no_constant(name: str) -> float:

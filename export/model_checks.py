@@ -2,18 +2,20 @@
 
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
 from navtool.export.golden import TOLERANCE
-from navtool.export.manifest import Manifest, TensorSpec
-from navtool.export.scripted import SCRIPT_ERRORS
+from navtool.export.manifest import Manifest
+from navtool.export.outputs import largest_gap, outputs_of
+from navtool.export.scripted import SCRIPT_ERRORS, Scripted
+from navtool.train.contract import Law, TensorSpec, Timed
 
-CANDIDATES = 50
-"""Candidate trajectories a tick whose latency is reported."""
+_FAR = 1e4
+"""What inputs without a bound are multiplied by, to look at extremes."""
 
 
 class CheckFailed(Exception):  # noqa: N818 (a verdict, not an error)
@@ -24,31 +26,39 @@ class Subject(NamedTuple):
     """An artefact's model with its golden tensors, in the order of the manifest."""
 
     manifest: Manifest
-    model: torch.jit.ScriptModule
+    model: Scripted
     inputs: tuple[Tensor, ...]
-    expected: Tensor
+    expected: tuple[Tensor, ...]
 
-    def run(self, *inputs: Tensor) -> Tensor:
-        """The model's output."""
-        return _tensor(self.model(*inputs))
+    @property
+    def batch(self) -> int:
+        """Number of golden samples."""
+        return len(self.inputs[0])
+
+    def run(self, inputs: tuple[Tensor, ...]) -> tuple[Tensor, ...]:
+        """The model's outputs."""
+        return outputs_of(self.model, inputs)
+
+    def with_input(self, place: int, tensor: Tensor) -> tuple[Tensor, ...]:
+        """The golden inputs, one of them exchanged."""
+        return (*self.inputs[:place], tensor, *self.inputs[place + 1 :])
 
 
 def check_contract(subject: Subject) -> str:
-    """The output has the declared type, shape and range."""
-    spec = subject.manifest.outputs[0]
-    fault = spec_fault(spec, subject.run(*subject.inputs), len(subject.inputs[0]))
-    if fault:
-        raise CheckFailed(fault)
-    return f"{spec.name} {spec.dtype} {list(spec.shape)} in {spec.range}"
+    """The outputs have the declared types, shapes and ranges."""
+    _check_outputs(subject, subject.inputs)
+    return ", ".join(
+        f"{spec.name} {spec.dtype} {list(spec.shape)} in {spec.range}" for spec in subject.manifest.outputs
+    )
 
 
 def check_refusals(subject: Subject) -> str:
     """Inputs of another type or shape are refused, each by itself."""
     for place, (spec, tensor) in enumerate(zip(subject.manifest.inputs, subject.inputs, strict=True)):
-        for what, wrong in (("float64", tensor.double()), (f"shape {list(tensor[..., :-1].shape)}", tensor[..., :-1])):
-            changed = (*subject.inputs[:place], wrong, *subject.inputs[place + 1 :])
+        cut = tensor[..., :-1] if isinstance(spec.shape[-1], int) else tensor[..., 0]
+        for what, wrong in (("float64", tensor.double()), (f"shape {list(cut.shape)}", cut)):
             try:
-                subject.model(*changed)
+                subject.model(*subject.with_input(place, wrong))
             except SCRIPT_ERRORS:
                 continue
             raise CheckFailed(f"{spec.name} as {what} is accepted")
@@ -56,113 +66,104 @@ def check_refusals(subject: Subject) -> str:
 
 
 def check_parity(subject: Subject) -> str:
-    """The output is the golden one."""
-    gap = _gap(subject.run(*subject.inputs), subject.expected)
-    return _within(gap, min(subject.manifest.golden_tolerance, TOLERANCE), "from the golden output")
+    """The outputs are the golden ones."""
+    gap = largest_gap(subject.run(subject.inputs), subject.expected)
+    return within(gap, "from the golden output", min(subject.manifest.golden_tolerance, TOLERANCE))
 
 
 def check_determinism(subject: Subject) -> str:
     """The same inputs give the same bits."""
-    first = subject.run(*subject.inputs)
+    first = subject.run(subject.inputs)
     for _ in range(2):
-        if not torch.equal(first, subject.run(*subject.inputs)):
+        if not all(map(torch.equal, first, subject.run(subject.inputs))):
             raise CheckFailed("two runs on the same inputs differ")
     return "3 runs give the same bits"
 
 
 def check_batches(subject: Subject) -> str:
     """A sample's output does not depend on what is batched with it."""
-    together = subject.run(*subject.inputs)
-    alone = torch.cat([subject.run(*(tensor[i : i + 1] for tensor in subject.inputs)) for i in range(len(together))])
-    many = subject.run(*(tensor.repeat(2, *[1] * (tensor.dim() - 1)) for tensor in subject.inputs))
-    gap = max(_gap(alone, together), _gap(many, together.repeat(2, 1)))
-    return _within(gap, TOLERANCE, f"between batches of 1, {len(together)} and {len(many)}")
+    together, count = subject.run(subject.inputs), subject.batch
+    parts = [subject.run(tuple(tensor[i : i + 1] for tensor in subject.inputs)) for i in range(count)]
+    alone = [torch.cat(outputs) for outputs in zip(*parts, strict=True)]
+    twice = subject.run(tuple(torch.cat([tensor, tensor]) for tensor in subject.inputs))
+    gap = max(largest_gap(alone, together), largest_gap(twice, [torch.cat([tensor, tensor]) for tensor in together]))
+    return within(gap, f"between batches of 1, {count} and {2 * count}")
 
 
-def check_candidates(subject: Subject) -> str:
-    """Many trajectories on one encoding get what each gets by itself."""
-    image, points, count, velocity, trajectory, reliability = subject.inputs
-    features = subject.model.encode_sensors(image, points, count, velocity)
-    turned = [trajectory.roll(shift, dims=0) for shift in range(3)]
-    scores = subject.model.score_candidates(features, torch.stack(turned, dim=1), reliability)
-    gaps = [
-        _gap(scores[:, k], subject.run(image, points, count, velocity, candidate, reliability))
-        for k, candidate in enumerate(turned)
-    ]
-    return _within(max(gaps), TOLERANCE, "between candidates together and alone")
+def check_law(subject: Subject, law: Law) -> str:
+    """A law of this kind of model holds."""
+    return within(law.gap(subject.model, subject.inputs), law.between)
 
 
 def check_extremes(subject: Subject) -> str:
-    """Blank sensors, no points, far points, fast motion: the output stays a probability."""
-    image, points, count, velocity, trajectory, reliability = subject.inputs
-    cases = {
-        "nothing seen": tuple(torch.zeros_like(tensor) for tensor in subject.inputs),
-        "white": (torch.full_like(image, 255), points, count, velocity, torch.full_like(trajectory, 255), reliability),
-        "no points": (image, points, torch.zeros_like(count), velocity, trajectory, reliability),
-        "far points": (image, points * 1e4, count, velocity, trajectory, reliability),
-        "fast": (image, points, count, velocity * 1e3 + 1e3, trajectory, torch.ones_like(reliability)),
-    }
+    """At the bounds of each input, and far beyond where there are none, the outputs stay finite and in range."""
+    cases = dict(_extremes(subject))
     for name, inputs in cases.items():
-        fault = spec_fault(subject.manifest.outputs[0], subject.run(*inputs), len(image))
-        if fault:
-            raise CheckFailed(f"{name}: {fault}")
+        try:
+            _check_outputs(subject, inputs)
+        except CheckFailed as failed:
+            raise CheckFailed(f"{name}: {failed}") from failed
     return f"finite and in range for {', '.join(cases)}"
 
 
-def latency_ms(subject: Subject, runs: int) -> float:
-    """Median time of one trajectory from raw inputs."""
+def _extremes(subject: Subject) -> Iterator[tuple[str, tuple[Tensor, ...]]]:
+    """Inputs with the name of what is extreme in them."""
+    yield "all zero", tuple(torch.zeros_like(tensor) for tensor in subject.inputs)
+    for place, (spec, tensor) in enumerate(zip(subject.manifest.inputs, subject.inputs, strict=True)):
+        if spec.range is None:
+            yield f"{spec.name} x {_FAR:g}", subject.with_input(place, tensor * _FAR)
+            continue
+        for bound in spec.range:
+            yield f"{spec.name} = {bound:g}", subject.with_input(place, torch.full_like(tensor, bound))
+
+
+def latency_ms(subject: Subject, timed: Timed, runs: int) -> float:
+    """Median time on the first golden sample."""
     inputs = tuple(tensor[:1] for tensor in subject.inputs)
-    return _median_ms(lambda: subject.run(*inputs), runs)
-
-
-def candidates_latency_ms(subject: Subject, runs: int) -> float:
-    """Median time of 50 trajectories on one encoding, encoding included."""
-    image, points, count, velocity, trajectory, reliability = (tensor[:1] for tensor in subject.inputs)
-    candidates = trajectory[:, None].repeat(1, CANDIDATES, 1, 1, 1)
-
-    def tick() -> Tensor:
-        features = subject.model.encode_sensors(image, points, count, velocity)
-        return _tensor(subject.model.score_candidates(features, candidates, reliability))
-
-    return _median_ms(tick, runs)
+    return _median_ms(lambda: timed(subject.model, inputs), runs)
 
 
 def spec_fault(spec: TensorSpec, tensor: Tensor, batch: int) -> str | None:
     """How a tensor breaks its declaration; None where it does not."""
-    shape = tuple(batch if isinstance(size, str) else size for size in spec.shape)
     if str(tensor.dtype) != f"torch.{spec.dtype}":
         return f"{spec.name} is {str(tensor.dtype).removeprefix('torch.')}, declared {spec.dtype}"
-    if tuple(tensor.shape) != shape:
+    sizes = {"batch": batch}
+    wanted = [size if isinstance(size, int) else sizes.get(size) for size in spec.shape]
+    if len(wanted) != tensor.dim() or any(
+        size not in (None, own) for size, own in zip(wanted, tensor.shape, strict=True)
+    ):
         return f"{spec.name} has shape {list(tensor.shape)}, declared {list(spec.shape)}"
     if not bool(torch.isfinite(tensor).all()):
         return f"{spec.name} has values that are not finite"
-    if spec.range is not None:
+    if spec.range is not None and tensor.numel():
         low, high = float(tensor.min()), float(tensor.max())
         if low < spec.range[0] or high > spec.range[1]:
             return f"{spec.name} spans {low:g} to {high:g}, declared {spec.range[0]:g} to {spec.range[1]:g}"
     return None
 
 
-def _within(gap: float, tolerance: float, where: str) -> str:
+def within(gap: float, where: str, tolerance: float = TOLERANCE) -> str:
+    """What was seen, where it is allowed.
+
+    Raises:
+        CheckFailed: The gap is larger than the tolerance, or not a number.
+    """
     seen = f"largest difference {gap:.2g} {where}, allowed {tolerance:g}"
     if not gap <= tolerance:
         raise CheckFailed(seen)
     return seen
 
 
-def _gap(one: Tensor, other: Tensor) -> float:
-    if one.shape != other.shape:
-        raise CheckFailed(f"the output has shape {list(one.shape)}, wanted {list(other.shape)}")
-    return float((one - other).abs().max())
+def _check_outputs(subject: Subject, inputs: tuple[Tensor, ...]) -> None:
+    outputs = subject.run(inputs)
+    if len(outputs) != len(subject.manifest.outputs):
+        raise CheckFailed(f"the model returns {len(outputs)} tensors, declared are {len(subject.manifest.outputs)}")
+    for spec, tensor in zip(subject.manifest.outputs, outputs, strict=True):
+        if fault := spec_fault(spec, tensor, subject.batch):
+            raise CheckFailed(fault)
 
 
-def _tensor(output: object) -> Tensor:
-    if not isinstance(output, Tensor):
-        raise CheckFailed(f"the model returns a {type(output).__name__}, not a tensor")
-    return output
-
-
-def _median_ms(call: Callable[[], Tensor], runs: int) -> float:
+def _median_ms(call: Callable[[], object], runs: int) -> float:
     for _ in range(2):  # TorchScript optimises during the first runs
         call()
     times: list[float] = []

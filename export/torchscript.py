@@ -10,14 +10,15 @@ import torch
 
 from navtool.base.files import write_json
 from navtool.base.lineage import code_version, file_sha256, plain
-from navtool.export.artefact import KIND, MODEL
-from navtool.export.contract import METHODS, graspe_inputs, graspe_outputs
+from navtool.export.artefact import MODEL
 from navtool.export.errors import ExportError
 from navtool.export.golden import GOLDEN, TOLERANCE, golden_bytes, golden_inputs
 from navtool.export.manifest import MANIFEST, FileEntry, Manifest
+from navtool.export.outputs import largest_gap, outputs_of
 from navtool.export.scripted import save_scripted, script
 from navtool.train.checkpoint import load_run
 from navtool.train.config import TrainConfig
+from navtool.train.models import kind_of, name_of
 from navtool.train.run_folder import RunFolder
 
 
@@ -43,30 +44,31 @@ def export_run(run: Path, out: Path, *, overwrite: bool = False, checkpoint: str
     check_target(out, overwrite=overwrite)
     folder = RunFolder(run)
     loaded, weights = load_run(run, checkpoint), folder.checkpoints / f"{checkpoint}.ckpt"
-    inputs, outputs = graspe_inputs(loaded.config), graspe_outputs(loaded.config)
-    golden = golden_inputs(loaded, folder.lineage, inputs)
-    network = loaded.config.model
-    scripted = script(loaded.model, height=network.image_height, width=network.image_width, history=network.history)
-    arguments = [golden.tensors[spec.name] for spec in inputs]
+    kind, config = kind_of(loaded.config.model), loaded.config.model
+    contract, golden = kind.contract(config), golden_inputs(loaded, folder.lineage)
+    onboard = kind.onboard(loaded.model, config).eval()
+    scripted = script(onboard, contract.methods)
+    arguments = tuple(golden.tensors.values())
     with torch.inference_mode():
-        expected = loaded.model(*arguments)
-        gap = float((scripted(*arguments) - expected).abs().max())
+        expected = outputs_of(onboard, arguments)
+        gap = largest_gap(outputs_of(scripted, arguments), expected)
     if not gap <= TOLERANCE:
         raise ExportError(
             f"the compiled network differs from the trained one by {gap:.2g}, more than {TOLERANCE:g}",
             where=run,
             cure="report it with the versions of torch and navtool",
         )
+    outputs = {spec.name: tensor for spec, tensor in zip(contract.outputs, expected, strict=True)}
     with _staged(out) as staged:
         save_scripted(scripted, staged / MODEL)
-        (staged / GOLDEN).write_bytes(golden_bytes(golden.tensors, {outputs[0].name: expected}))
+        (staged / GOLDEN).write_bytes(golden_bytes(golden.tensors, outputs))
         lineage = {key: value for key, value in loaded.lineage.items() if key != "dataset_path"}
         manifest = Manifest(
-            kind=KIND,
+            kind=name_of(config),
             created_by=f"navtool {code_version()}, torch {torch.__version__}",
-            inputs=inputs,
-            outputs=outputs,
-            methods=METHODS,
+            inputs=contract.inputs,
+            outputs=contract.outputs,
+            methods=contract.methods,
             golden_source=golden.source,
             golden_tolerance=TOLERANCE,
             config=_plain_config(loaded.config),

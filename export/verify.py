@@ -12,11 +12,13 @@ import torch
 from navtool.base.lineage import plain
 from navtool.base.navtool_error import NavtoolError
 from navtool.export import model_checks
-from navtool.export.artefact import KIND, MODEL, check_files
+from navtool.export.artefact import MODEL, check_files, kind_fault
 from navtool.export.golden import GOLDEN
 from navtool.export.manifest import Manifest, read_manifest
 from navtool.export.model_checks import CheckFailed, Subject, spec_fault
 from navtool.export.scripted import load_scripted, told_by_script
+from navtool.train.model_kind import AnyKind
+from navtool.train.models import MODELS
 
 VERIFY_SCHEMA = 1
 """Raised whenever the JSON form of a report changes its meaning."""
@@ -27,8 +29,6 @@ _MODEL_CHECKS: dict[str, Callable[[Subject], str]] = {
     "parity": model_checks.check_parity,
     "determinism": model_checks.check_determinism,
     "batch sizes": model_checks.check_batches,
-    "candidates": model_checks.check_candidates,
-    "extremes": model_checks.check_extremes,
 }
 
 
@@ -77,12 +77,18 @@ def verify(artefact: Path, latency_runs: int = 20) -> VerifyReport:
     manifest = _look(checks, "manifest", lambda: _manifest(artefact))
     content = _look(checks, "files", lambda: _files(artefact, manifest)) if manifest else None
     subject = _look(checks, "model and golden", lambda: _subject(manifest, content)) if manifest and content else None
-    if subject is not None:
+    if manifest is not None and subject is not None:
+        kind = MODELS[manifest.kind]
         with torch.inference_mode():
-            for name, check in _MODEL_CHECKS.items():
+            for name, check in _checks(kind).items():
                 _look(checks, name, partial(_seen, check, subject))
-            _look(checks, "latency", lambda: (True, _latency(subject, latency_runs)))
+            _look(checks, "latency", lambda: (True, _latency(subject, kind, latency_runs)))
     return VerifyReport(artefact, tuple(checks))
+
+
+def _checks(kind: AnyKind) -> dict[str, Callable[[Subject], str]]:
+    laws = {name: partial(model_checks.check_law, law=law) for name, law in kind.laws.items()}
+    return {**_MODEL_CHECKS, **laws, "extremes": model_checks.check_extremes}
 
 
 def _look[T](checks: list[Check], name: str, look: Callable[[], tuple[T, str]]) -> T | None:
@@ -107,8 +113,8 @@ def _seen(check: Callable[[Subject], str], subject: Subject) -> tuple[bool, str]
 
 def _manifest(artefact: Path) -> tuple[Manifest, str]:
     manifest = read_manifest(artefact)
-    if manifest.kind != KIND:
-        raise CheckFailed(f"is of kind {manifest.kind!r}, wanted {KIND!r}")
+    if fault := kind_fault(manifest):
+        raise CheckFailed(fault)
     return manifest, f"{manifest.kind}, by {manifest.created_by}"
 
 
@@ -134,15 +140,16 @@ def _subject(manifest: Manifest, content: dict[str, bytes]) -> tuple[Subject, st
     if missing:
         raise CheckFailed(f"{MODEL} has no {', '.join(missing)}")
     inputs = tuple(tensors[f"input.{spec.name}"] for spec in manifest.inputs)
-    subject = Subject(manifest, model, inputs, tensors[f"output.{manifest.outputs[0].name}"])
+    expected = tuple(tensors[f"output.{spec.name}"] for spec in manifest.outputs)
+    subject = Subject(manifest, model, inputs, expected)
     return subject, f"{MODEL} loads; {batch} golden samples from {manifest.golden_source}"
 
 
-def _latency(subject: Subject, runs: int) -> str:
-    one = model_checks.latency_ms(subject, runs)
-    many = model_checks.candidates_latency_ms(subject, max(1, runs // 4))
+def _latency(subject: Subject, kind: AnyKind, runs: int) -> str:
+    told, rate_hz = [], 0.0
+    for place, (what, timed) in enumerate(kind.timed.items()):
+        median_ms = model_checks.latency_ms(subject, timed, runs if place == 0 else max(1, runs // 4))
+        told.append(f"{median_ms:.1f} ms for {what}")
+        rate_hz = 1e3 / median_ms
     threads = torch.get_num_threads()
-    return (
-        f"median {one:.1f} ms for one trajectory, {many:.1f} ms for {model_checks.CANDIDATES} candidates "
-        f"({1e3 / many:.1f} Hz) on {threads} CPU thread{'s' if threads > 1 else ''}"
-    )
+    return f"median {', '.join(told)} ({rate_hz:.1f} Hz) on {threads} CPU thread{'s' if threads > 1 else ''}"

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import torch
+from torch import nn
 
 from navtool.base.lineage import config_hash
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
-from navtool.train.graspe.graspe import Graspe
-from navtool.train.run_folder import MODEL, RunFolder
+from navtool.train.models import kind_of, name_of
+from navtool.train.run_folder import RunFolder
 
 CHECKPOINT_SCHEMA = 1
 """Raised whenever the content of a checkpoint changes its meaning; other versions are refused."""
@@ -23,7 +24,7 @@ _CURE = "resume or repeat the run that wrote it"
 class LoadedRun(NamedTuple):
     """A trained network and what it came from."""
 
-    model: Graspe
+    model: nn.Module
     """In evaluation mode, on the CPU."""
     config: TrainConfig
     """The run's configuration."""
@@ -48,7 +49,7 @@ def load_run(run: Path, checkpoint: str = "best") -> LoadedRun:
     path = folder.checkpoints / f"{checkpoint}.ckpt"
     content = read_checkpoint(path)
     check_stamp(content, path, config)
-    model = Graspe(config.model)
+    model = kind_of(config.model).build(config.model)
     try:
         state = content["state_dict"]
         model.load_state_dict({name.removeprefix(_PREFIX): tensor for name, tensor in state.items()})
@@ -103,4 +104,5 @@ def check_stamp(content: dict[str, Any], path: Path, config: TrainConfig) -> Non
 
 def checkpoint_stamp(config: TrainConfig) -> dict[str, Any]:
     """What a checkpoint says of itself."""
-    return {"schema_version": CHECKPOINT_SCHEMA, "model": MODEL, "network_hash": config_hash(config.model)}
+    name, network = name_of(config.model), config_hash(config.model)
+    return {"schema_version": CHECKPOINT_SCHEMA, "model": name, "network_hash": network}

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from navtool.pipeline.success_metrics import SuccessMetricsConfig
-from navtool.train.graspe.config import GraspeConfig
+from navtool.train.model_config import ModelConfig
 from navtool.train.splits import SplitConfig
-from navtool.train.windows import DataConfig
+from navtool.train.success.windows import DataConfig
 
 
 class Device(Enum):
@@ -29,7 +29,7 @@ class Precision(Enum):
 
 @dataclass(kw_only=True, slots=True)
 class OptimizerConfig:
-    """Adam with the paper's settings (GrASPE, Table IV)."""
+    """Adam; the settings are those of the success predictor's paper."""
 
     learning_rate: float = 0.002
     """Step size, above 0."""
@@ -51,7 +51,7 @@ class TrainerConfig:
     """How long and on what a run trains."""
 
     epochs: int = 30
-    """Passes over the training samples, >= 1. The paper trains 1,000 (Table IV)."""
+    """Passes over the training samples, >= 1. The success predictor's paper trains 1,000."""
 
     batch_size: int = 32
     """Samples a step, >= 2: batch normalisation cannot learn from one."""
@@ -69,7 +69,7 @@ class TrainerConfig:
     """Processes that prepare samples, >= 0; 0 prepares them in the training process."""
 
     gradient_clip: float | None = None
-    """Largest norm of the gradient, above 0; None does not clip (as the paper)."""
+    """Largest norm of the gradient, above 0; None does not clip (as that paper)."""
 
     figure_samples: int = 4
     """Validation samples in TensorBoard's figure of predictions, >= 0; 0 draws none."""
@@ -95,8 +95,8 @@ class TrainerConfig:
 class TrainConfig:
     """Everything that a run depends on, its data set apart."""
 
-    model: GraspeConfig = field(default_factory=GraspeConfig)
-    """The network."""
+    model: ModelConfig
+    """The network; its class says which kind of model it is."""
 
     optimizer: OptimizerConfig = field(default_factory=OptimizerConfig)
     """How its weights move."""
@@ -117,14 +117,7 @@ class TrainConfig:
     """Seed of the weights, the order of samples and dropout, >= 0; on one machine, a CPU run is a function of it."""
 
     def __post_init__(self) -> None:
-        faults = [
-            f"model.{ours} = {mine} differs from data.{theirs} = {other}; set both"
-            for ours, mine, theirs, other in (
-                ("horizon", self.model.horizon, "horizon_steps", self.data.horizon_steps),
-                ("history", self.model.history, "history_steps", self.data.history_steps),
-            )
-            if mine != other
-        ]
+        faults = self.model.faults(self.data)
         if self.seed < 0:
             faults.append(f"seed = {self.seed} must not be negative")
         if faults:

@@ -1,8 +1,8 @@
-"""How well a trained network predicts on a split of a data set."""
+"""How well a trained network predicts on a split of its data."""
 
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,26 +10,22 @@ import torch
 
 from navtool.base.files import write_json
 from navtool.base.lineage import plain
-from navtool.datasets.store.reader import NavDataset
-from navtool.pipeline.success_metrics import BinaryMetrics, SuccessMetrics, success_metrics
 from navtool.train.checkpoint import load_run
 from navtool.train.config import Device, TrainConfig
 from navtool.train.datamodule import sample_loader
 from navtool.train.device import torch_device
 from navtool.train.errors import TrainError
-from navtool.train.predictions import Scorer, predict
+from navtool.train.judgement import Judgement, Table
+from navtool.train.models import kind_of
+from navtool.train.predict import judge_batches
 from navtool.train.run_folder import RunFolder
 from navtool.train.run_lineage import dataset_path, splits_of
-from navtool.train.samples import SampleDataset
-from navtool.train.source import NavSource
+from navtool.train.samples import SampleReport
+from navtool.train.source import Source
 from navtool.train.splits import Split
-from navtool.train.windows import WindowReport, plan_windows
 
 REPORT_SCHEMA = 1
 """Raised whenever the JSON form of a report changes its meaning."""
-
-
-_FIGURES = tuple(entry.name for entry in fields(BinaryMetrics))
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +40,10 @@ class EvaluationReport:
     """train, val, test or all."""
     trained_on: int
     """Samples among those judged that the network was trained on; the figures say little about new places if any."""
-    loss: float
-    """Masked squared error."""
-    metrics: SuccessMetrics
-    """Rates, ranking and calibration: of trajectories, of steps and per horizon step."""
-    windows: WindowReport
-    """Counts of samples, positives and negatives, and of what was left out."""
+    judgement: Judgement
+    """Loss and metrics."""
+    windows: SampleReport
+    """Counts of samples, and of what was left out."""
     samples_per_s: float
     """Samples a second, reading included."""
     lineage: dict[str, Any]
@@ -60,19 +54,25 @@ class EvaluationReport:
         """Number of samples judged."""
         return self.windows.samples
 
-    def columns(self) -> tuple[str, ...]:
-        """What the figures of a row of `rows` are of."""
-        return ("trajectory", "all steps", *(f"t+{step}" for step in range(len(self.metrics.per_step))))
+    @property
+    def loss(self) -> float:
+        """What training makes smaller."""
+        return self.judgement.loss
 
-    def rows(self) -> tuple[tuple[str | float | None, ...], ...]:
-        """One row a metric: its name, and its figure for each column; None where it is undefined."""
-        judged = (self.metrics.trajectory, self.metrics.steps, *self.metrics.per_step)
-        return tuple((name, *(getattr(part, name) for part in judged)) for name in _FIGURES)
+    @property
+    def metrics(self) -> object:
+        """The task's own figures."""
+        return self.judgement.metrics
+
+    @property
+    def table(self) -> Table:
+        """The figures for a person."""
+        return self.judgement.table
 
     def to_json(self) -> dict[str, Any]:
         """Plain values; an undefined figure is null."""
-        content = plain(self)
-        return {"schema_version": REPORT_SCHEMA} | (content if isinstance(content, dict) else {})
+        names = ("source", "kind", "split", "trained_on", "loss", "metrics", "windows", "samples_per_s", "lineage")
+        return {"schema_version": REPORT_SCHEMA} | {name: plain(getattr(self, name)) for name in names}
 
 
 def evaluate_run(
@@ -104,7 +104,7 @@ def evaluate_run(
     where = dataset_path(loaded.lineage, RunFolder(run).lineage) if dataset is None else dataset
     report = evaluate_scorer(
         model,
-        NavDataset(where),
+        kind_of(loaded.config.model).task.open(where),
         split,
         origin=Origin(run.as_posix(), "run", loaded.config, loaded.lineage),
         device=place,
@@ -122,14 +122,14 @@ class Origin(NamedTuple):
     kind: str
     """``run`` or ``artefact``."""
     config: TrainConfig
-    """What it was trained with: windows, batches and metrics follow it."""
+    """What it was trained with: samples, batches and metrics follow it."""
     lineage: Mapping[str, Any]
     """What it was made from."""
 
 
 def evaluate_scorer(
-    score: Scorer,
-    source: NavSource,
+    score: Callable[..., Any],
+    source: Source,
     split: Split,
     *,
     origin: Origin,
@@ -145,32 +145,32 @@ def evaluate_scorer(
         episodes = tuple(episode.index for episode in source.episodes)
     else:
         episodes = splits_of(lineage, source).episodes(split)
-    windows = plan_windows(source, episodes, config.data)
-    if not len(windows):
-        reasons = ", ".join(f"{count} {reason}" for reason, count in windows.report.excluded.items() if count)
+    task = kind_of(config.model).task
+    samples = task.samples(source, episodes, config)
+    if not len(samples):
+        reasons = samples.report.told() or "no episodes"
         raise TrainError(
-            f"the {split.value} split has no samples in {windows.report.rows} rows ({reasons or 'no episodes'})",
+            f"the {split.value} split has no samples in {samples.report.rows} rows ({reasons})",
             where="split",
             cure="choose another split, or label the data set",
         )
-    loader = sample_loader(SampleDataset(source, windows, config.data), config.trainer.batch_size, workers=0)
+    loader = sample_loader(samples, config.trainer.batch_size, workers=0)
     begin = time.perf_counter()
-    predictions = predict(score, loader, device)
+    judgement = judge_batches(score, loader, task.judge(config), device)
     seconds = time.perf_counter() - begin
     return EvaluationReport(
         source=origin.source,
         kind=origin.kind,
         split=split.value,
-        trained_on=_trained_on(lineage, source, windows.episode.tolist()),
-        loss=predictions.loss(),
-        metrics=success_metrics(predictions.probability, predictions.target, predictions.known, config.metrics),
-        windows=windows.report,
-        samples_per_s=len(windows) / max(seconds, 1e-9),
+        trained_on=_trained_on(lineage, source, samples.episode.tolist()),
+        judgement=judgement,
+        windows=samples.report,
+        samples_per_s=len(samples) / max(seconds, 1e-9),
         lineage=dict(lineage),
     )
 
 
-def _trained_on(lineage: Mapping[str, Any], source: NavSource, episodes: list[int]) -> int:
+def _trained_on(lineage: Mapping[str, Any], source: Source, episodes: list[int]) -> int:
     """Samples from recordings that the network was trained on."""
     trained = {str(entry["source"]) for entry in lineage.get("split", {}).get(Split.train.value, [])}
     return sum(source.episodes[index].source in trained for index in episodes)

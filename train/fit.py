@@ -12,10 +12,11 @@ from lightning.pytorch.loggers import TensorBoardLogger
 
 from navtool.base.lineage import plain
 from navtool.train.config import Precision, TrainConfig
-from navtool.train.datamodule import NavDataModule
+from navtool.train.datamodule import RunData
 from navtool.train.errors import TrainError
 from navtool.train.flatten import flatten
-from navtool.train.module import SuccessModule
+from navtool.train.models import kind_of
+from navtool.train.module import NetworkModule
 from navtool.train.prediction_figure import PredictionFigure
 from navtool.train.quiet import quiet_lightning
 from navtool.train.run_folder import RunFolder
@@ -25,8 +26,8 @@ from navtool.train.splits import Split
 def fit(
     config: TrainConfig,
     folder: RunFolder,
-    module: SuccessModule,
-    data: NavDataModule,
+    module: NetworkModule,
+    data: RunData,
     callbacks: Sequence[pl.Callback],
     *,
     device: torch.device,
@@ -44,9 +45,7 @@ def fit(
             module.to(memory_format=torch.channels_last)
         logger = TensorBoardLogger(folder.path, name=folder.tensorboard.name, version="", default_hp_metric=False)
         logger.log_hyperparams(flatten(plain(config)))
-        figure = PredictionFigure(
-            data.samples(Split.val), config.trainer.figure_samples, config.metrics.success_threshold
-        )
+        picture = kind_of(config.model).task.picture
         trainer = pl.Trainer(
             accelerator=device.type,
             devices=1,
@@ -57,7 +56,7 @@ def fit(
             callbacks=[
                 *callbacks,
                 LearningRateMonitor(logging_interval="epoch"),
-                figure,
+                *([PredictionFigure(picture, data.samples[Split.val], config)] if picture is not None else []),
                 *([RichProgressBar()] if progress else []),
             ],
             enable_progress_bar=progress,

@@ -5,7 +5,7 @@ from typing import Any
 
 import lightning.pytorch as pl
 
-from navtool.train.samples import Sample
+from navtool.train.samples import Batch
 
 
 class PerfMonitor(pl.Callback):
@@ -40,11 +40,11 @@ class PerfMonitor(pl.Callback):
         self._epoch.append(time.perf_counter() - self._mark)
 
     def on_train_batch_end(
-        self, trainer: pl.Trainer, pl_module: pl.LightningModule, outputs: Any, batch: Sample, batch_idx: int
+        self, trainer: pl.Trainer, pl_module: pl.LightningModule, outputs: Any, batch: Batch, batch_idx: int
     ) -> None:
         """Mark the end of the step."""
         del trainer, pl_module, outputs, batch_idx
-        self._epoch_samples += len(batch.row)
+        self._epoch_samples += len(batch.inputs()[0])
         self._mark = time.perf_counter()
 
     def on_train_epoch_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:

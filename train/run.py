@@ -6,25 +6,26 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import torch
+from torch import nn
 
-from navtool.datasets.store.reader import NavDataset
 from navtool.train.checkpoint import checkpoint_stamp, load_run
 from navtool.train.config import TrainConfig
-from navtool.train.datamodule import NavDataModule
+from navtool.train.datamodule import RunData
 from navtool.train.device import torch_device
 from navtool.train.evaluate import EvaluationReport, Origin, evaluate_scorer
 from navtool.train.fit import fit
-from navtool.train.graspe.graspe import Graspe
-from navtool.train.module import SuccessModule
+from navtool.train.models import kind_of
+from navtool.train.module import NetworkModule
 from navtool.train.perf_monitor import PerfMonitor
 from navtool.train.resume import first_epoch
 from navtool.train.run_checkpoint import RunCheckpoint
 from navtool.train.run_folder import RUN_SCHEMA, RunFolder
 from navtool.train.run_lineage import check_same_data, dataset_path, run_lineage
+from navtool.train.samples import SampleReport
 from navtool.train.seeding import seed_torch
-from navtool.train.source import NavSource
+from navtool.train.source import Source
 from navtool.train.splits import Split, split_episodes
-from navtool.train.windows import WindowReport
+from navtool.train.task import Remarks
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +35,7 @@ class RunResult:
     run: Path
     """The run's folder."""
     best_val_loss: float
-    """Smallest masked squared error on the validation split."""
+    """Smallest loss on the validation split."""
     best_epoch: int
     """Epoch of it, counted from 0."""
     epochs: int
@@ -45,10 +46,10 @@ class RunResult:
     """Training samples a second, validation not counted; 0 where nothing was left to train."""
     data_wait_share: float
     """Share of the training time spent waiting for data."""
-    samples: dict[str, WindowReport]
+    samples: dict[str, SampleReport]
     """Counts of each split."""
-    unseen_share: float
-    """Share of the training samples of a moving robot whose trajectory lies outside the picture."""
+    remarks: Remarks
+    """What the model's task says about the training samples."""
 
 
 def train(config: TrainConfig, dataset: Path, out: Path, *, resume: bool = False, progress: bool = False) -> RunResult:
@@ -59,7 +60,8 @@ def train(config: TrainConfig, dataset: Path, out: Path, *, resume: bool = False
 
     Args:
         config: The run's configuration.
-        dataset: Folder of a data set that ``navtool ingest`` wrote and ``navtool label`` labelled.
+        dataset: Folder of the data; for most models a data set that ``navtool ingest`` wrote and ``navtool label``
+            labelled.
         out: The run's folder; must not hold another run.
         resume: Go on from the last whole epoch of the run in ``out``; begin it where there is none.
         progress: Show a progress bar.
@@ -68,7 +70,7 @@ def train(config: TrainConfig, dataset: Path, out: Path, *, resume: bool = False
         TrainError: The run cannot be begun, resumed or finished; the message names the cure.
         DatasetsError: The data set cannot be read.
     """
-    return train_source(config, NavDataset(dataset), out, resume=resume, progress=progress)
+    return train_source(config, kind_of(config.model).task.open(dataset), out, resume=resume, progress=progress)
 
 
 def resume(run: Path, *, progress: bool = False) -> RunResult:
@@ -84,19 +86,19 @@ def resume(run: Path, *, progress: bool = False) -> RunResult:
 
 
 def train_source(
-    config: TrainConfig, source: NavSource, out: Path, *, resume: bool = False, progress: bool = False
+    config: TrainConfig, source: Source, out: Path, *, resume: bool = False, progress: bool = False
 ) -> RunResult:
-    """`train` on any store that offers what training needs."""
+    """`train` on any source that offers what the model's task needs."""
     begin = time.perf_counter()
     device = torch_device(config.trainer.device)
     folder = RunFolder(out)
     epoch = first_epoch(folder, config, resume=resume)
     splits = split_episodes(source.episodes, config.split)
-    data = NavDataModule(source, splits, config, first_epoch=epoch)
+    data = RunData(source, splits, config, first_epoch=epoch)
     lineage = run_lineage(config, source, splits, data.reports)
     if epoch:
         check_same_data(folder.read_lineage(), lineage)
-    module = SuccessModule(_network(config), config)
+    module = NetworkModule(_network(config), config)
     folder.write_config(config)
     folder.write_lineage(lineage)
 
@@ -107,6 +109,7 @@ def train_source(
         for split in (Split.val, Split.test)
         if splits.episodes(split)
     }
+    remarks = kind_of(config.model).task.remarks
     result = RunResult(
         run=out,
         best_val_loss=checkpoints.best_loss,
@@ -116,21 +119,23 @@ def train_source(
         samples_per_s=perf.samples / perf.train_s if perf.train_s else 0.0,
         data_wait_share=perf.wait_s / perf.train_s if perf.train_s else 0.0,
         samples={split.value: report for split, report in data.reports.items()},
-        unseen_share=data.samples(Split.train).unseen_share(),
+        remarks=Remarks() if remarks is None else remarks(data.samples[Split.train]),
     )
     folder.write_metrics(_metrics(result, judged, device))
     return result
 
 
-def _network(config: TrainConfig) -> Graspe:
+def _network(config: TrainConfig) -> nn.Module:
     """The network with the weights that the seed draws."""
+    kind = kind_of(config.model)
     seed_torch(config.seed, 0)
-    model = Graspe(config.model)
-    model.load_pretrained_image_weights()
+    model: nn.Module = kind.build(config.model)
+    if kind.begin is not None:
+        kind.begin(model)
     return model
 
 
-def _judge(folder: RunFolder, source: NavSource, split: Split, device: torch.device) -> EvaluationReport:
+def _judge(folder: RunFolder, source: Source, split: Split, device: torch.device) -> EvaluationReport:
     """Judge the best checkpoint, as ``navtool evaluate`` would."""
     loaded = load_run(folder.path)
     origin = Origin(folder.path.as_posix(), "run", loaded.config, loaded.lineage)
@@ -147,7 +152,7 @@ def _metrics(result: RunResult, judged: Mapping[str, EvaluationReport], device: 
         "seconds": result.seconds,
         "samples_per_s": result.samples_per_s,
         "data_wait_share": result.data_wait_share,
-        "unseen_share": result.unseen_share,
+        **result.remarks.figures,
         "device": device.type,
         "splits": {
             split: {"loss": report.loss, "metrics": report.metrics, "windows": report.windows}

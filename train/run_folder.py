@@ -6,15 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from navtool.base.files import read_json, write_json
-from navtool.base.from_plain import from_plain
 from navtool.base.lineage import plain
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
+from navtool.train.models import name_of, read_config, unknown_model
 
 RUN_SCHEMA = 1
 """Raised whenever a file of a run changes its meaning; other versions are refused."""
-MODEL = "graspe"
-"""The only model so far."""
 
 _CURE = "name the folder that `navtool train` wrote"
 _DAMAGED = "train again, or restore the file"
@@ -67,7 +65,7 @@ class RunFolder:
 
     def write_config(self, config: TrainConfig) -> None:
         """Write ``config.json``."""
-        write_json(self.config, {"schema_version": RUN_SCHEMA, "model": MODEL, "config": plain(config)})
+        write_json(self.config, {"schema_version": RUN_SCHEMA, "model": name_of(config.model), "config": plain(config)})
 
     def write_lineage(self, lineage: Mapping[str, object]) -> None:
         """Write ``lineage.json``."""
@@ -81,7 +79,7 @@ class RunFolder:
         """The configuration of the run.
 
         Raises:
-            TrainError: There is no run, or one of another model or schema version.
+            TrainError: There is no run, or one of an unknown model or another schema version.
             DatasetsError: The file is damaged.
         """
         if not self.path.is_dir():
@@ -96,9 +94,10 @@ class RunFolder:
                 where=self.config,
                 cure="train again, or use the navtool that wrote it",
             )
-        if model != MODEL:
-            raise TrainError(f"a run of the model {model!r}, wanted {MODEL!r}", where=self.config, cure=_CURE)
-        return from_plain(TrainConfig, content.get("config"), where=self.config)
+        if fault := unknown_model(model):
+            cure = "use the navtool that wrote it"
+            raise TrainError(f"a run of another navtool: {fault}", where=self.config, cure=cure)
+        return read_config(str(model), content.get("config"), where=self.config)
 
     def read_lineage(self) -> dict[str, Any]:
         """What the run was made from.

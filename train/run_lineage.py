@@ -5,18 +5,17 @@ from pathlib import Path
 from typing import Any
 
 from navtool.base.lineage import code_version, config_hash, plain
-from navtool.datasets.store.reader import NavDataset
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
-from navtool.train.source import NavSource
+from navtool.train.samples import SampleReport
+from navtool.train.source import Source
 from navtool.train.splits import Split, Splits
-from navtool.train.windows import WindowReport
 
 _PARTS = (Split.train, Split.val, Split.test)
 
 
 def run_lineage(
-    config: TrainConfig, source: NavSource, splits: Splits, reports: Mapping[Split, WindowReport]
+    config: TrainConfig, source: Source, splits: Splits, reports: Mapping[Split, SampleReport]
 ) -> dict[str, Any]:
     """The content of ``lineage.json``: plain values; apart from the path the same for the same inputs and code."""
     episodes = {
@@ -27,7 +26,7 @@ def run_lineage(
         for split in _PARTS
     }
     return {
-        "dataset_path": source.root.resolve().as_posix() if isinstance(source, NavDataset) else None,
+        "dataset_path": None if source.root is None else source.root.resolve().as_posix(),
         "dataset": plain(source.lineage()),
         "config_hash": config_hash(config),
         "code_version": code_version(),
@@ -36,7 +35,7 @@ def run_lineage(
     }
 
 
-def splits_of(lineage: Mapping[str, Any], source: NavSource) -> Splits:
+def splits_of(lineage: Mapping[str, Any], source: Source) -> Splits:
     """The episodes that the run's splits hold, in this data set.
 
     A data set that has grown since still has them under the same numbers.

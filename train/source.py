@@ -1,6 +1,7 @@
-"""What training needs of a data set: `navtool.datasets.store.reader.NavDataset` offers it, as may any other store."""
+"""What training needs of its data: `navtool.datasets.store.reader.NavDataset` offers it, as may any other store."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -10,7 +11,7 @@ from navtool.pipeline.geometry.camera import CameraModel
 
 
 class EpisodeView(Protocol):
-    """One recorded run: rows ``start`` to ``stop - 1`` of the data set."""
+    """Rows that were recorded together: ``start`` to ``stop - 1`` of the data set."""
 
     @property
     def index(self) -> int:
@@ -53,16 +54,27 @@ class CalibrationView(Protocol):
         """Width of the swath that the robot drives over."""
 
 
-class NavSource(Protocol):
+class Source(Protocol):
+    """Data of any kind, in rows that belong to episodes: what a run must know to split them and to say what it saw."""
+
+    @property
+    def root(self) -> Path | None:
+        """The folder; None where the data were never in one."""
+
+    @property
+    def episodes(self) -> Sequence[EpisodeView]:
+        """All episodes in the order of their rows."""
+
+    def lineage(self) -> dict[str, object]:
+        """What the data were made from; plain values."""
+
+
+class NavSource(Source, Protocol):
     """Rows of a data set in random access."""
 
     @property
     def fps(self) -> int:
         """Rows a second."""
-
-    @property
-    def episodes(self) -> Sequence[EpisodeView]:
-        """All episodes in the order of their rows."""
 
     @property
     def features(self) -> Mapping[str, object]:
@@ -82,9 +94,6 @@ class NavSource(Protocol):
 
     def calibration(self, episode: int) -> CalibrationView:
         """The camera of an episode."""
-
-    def lineage(self) -> dict[str, object]:
-        """What the data set was made from; plain values."""
 
 
 def column_or(source: NavSource, name: str, default: float) -> NDArray[np.generic]:

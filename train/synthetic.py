@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,7 @@ class SyntheticSource:
     def __init__(self, config: SyntheticConfig) -> None:
         self._config = config
         self.fps = config.fps
+        self.root: Path | None = None
         self.episodes = tuple(
             Episode(index, index * config.rows, (index + 1) * config.rows, f"{place}_{index}.bag", place)
             for index, place in enumerate(config.places)

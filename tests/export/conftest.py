@@ -53,6 +53,7 @@ def run(config: TrainConfig, world: SyntheticConfig, tmp_path_factory: pytest.Te
     folder.write_metrics({"best_val_loss": 0.25})
     folder.checkpoints.mkdir()
     torch.manual_seed(0)
+    assert isinstance(config.model, GraspeConfig)
     network = Graspe(config.model)
     with torch.no_grad():
         for parameter in network.agnn.parameters():

@@ -15,6 +15,7 @@ from navtool.export.torchscript import export_run
 from navtool.export.verify import verify
 from navtool.train.config import Device, Precision, TrainConfig, TrainerConfig
 from navtool.train.errors import TrainError
+from navtool.train.graspe.config import GraspeConfig
 from navtool.train.run import resume, train
 from navtool.train.run_folder import RunFolder
 from navtool.train.splits import SplitConfig
@@ -23,8 +24,10 @@ from navtool.train.splits import SplitConfig
 @pytest.fixture(scope="module")
 def trained(labelled_dataset: Path, config: TrainConfig, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One epoch on one of the four recorded places."""
+    network = config.model
+    assert isinstance(network, GraspeConfig)
     settings = TrainConfig(
-        model=replace(config.model, image_height=240, image_width=320),
+        model=replace(network, image_height=240, image_width=320),
         trainer=TrainerConfig(
             epochs=1, batch_size=16, device=Device.cpu, precision=Precision.bf16, channels_last=True, figure_samples=1
         ),
@@ -61,7 +64,7 @@ def test_the_run_and_its_artefact_get_the_same_figures(
     assert (of_run.kind, of_artefact.kind) == ("run", "artefact")
     assert of_run.windows == of_artefact.windows
     assert of_run.loss == pytest.approx(of_artefact.loss, abs=1e-6)
-    for (name, *run_figures), (_, *artefact_figures) in zip(of_run.rows(), of_artefact.rows(), strict=True):
+    for (name, *run_figures), (_, *artefact_figures) in zip(of_run.table.rows, of_artefact.table.rows, strict=True):
         # average precision is a matter of ranks: samples that are nearly tied change places on rounding
         tolerance = 0.02 if str(name).startswith("average_precision") else 1e-5
         assert run_figures == pytest.approx(artefact_figures, abs=tolerance), name

@@ -16,9 +16,9 @@ from navtool.export.torchscript import export_run
 from navtool.train.checkpoint import load_run
 from navtool.train.datamodule import sample_loader
 from navtool.train.errors import TrainError
-from navtool.train.samples import Sample, SampleDataset
+from navtool.train.success.samples import Sample, SampleDataset
+from navtool.train.success.windows import DataConfig, plan_windows
 from navtool.train.synthetic import SyntheticConfig, SyntheticSource
-from navtool.train.windows import DataConfig, plan_windows
 
 CPU = torch.device("cpu")
 
@@ -55,11 +55,11 @@ def test_candidates_share_an_encoding(exported: Path, batch: Sample) -> None:
     ("place", "change", "message"),
     [
         (0, lambda t: t.float(), "image must be uint8"),
-        (0, lambda t: t[:, :, :-1], "image has another size"),
+        (0, lambda t: t[:, :, :-1], "image must be uint8"),
         (1, lambda t: t[..., :2], "points must be float32"),
         (2, lambda t: t + 10_000, "count must lie between"),
         (2, lambda t: t.int(), "count must be int64"),
-        (3, lambda t: t[:, 1:], "velocity has another history"),
+        (3, lambda t: t[:, 1:], "velocity must be float32"),
         (4, lambda t: t[:, 0], "trajectory must be"),
         (4, lambda t: t[:-1], "trajectory must be uint8"),
         (5, lambda t: t[:, :1], "reliability must be float32"),

@@ -20,6 +20,10 @@ from navtool.export.scripted import load_scripted, save_scripted, script
 from navtool.export.verify import VerifyReport, verify
 from navtool.train.checkpoint import load_run
 from navtool.train.config import TrainConfig
+from navtool.train.graspe.config import GraspeConfig
+from navtool.train.graspe.contract import METHODS
+from navtool.train.graspe.graspe import Graspe
+from navtool.train.graspe.onboard import OnboardGraspe
 
 
 def failed(report: VerifyReport) -> dict[str, str]:
@@ -115,10 +119,11 @@ def test_other_weights_with_right_hashes_fail_parity(
     artefact: Path, run: Path, config: TrainConfig, tmp_path: Path
 ) -> None:
     model = load_run(run).model
+    assert isinstance(model, Graspe)
     with torch.no_grad():
         model.agnn.out.bias.add_(0.01)
-    network = config.model
-    other = script(model, height=network.image_height, width=network.image_width, history=network.history)
+    assert isinstance(config.model, GraspeConfig)
+    other = script(OnboardGraspe(model, config.model), METHODS)
     save_scripted(other, tmp_path / "other.ts")
     exchange(artefact, "model.ts", (tmp_path / "other.ts").read_bytes())
     report = verify(artefact, 1)

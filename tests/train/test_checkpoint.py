@@ -16,7 +16,7 @@ from navtool.base.navtool_error import NavtoolError
 from navtool.train.checkpoint import checkpoint_stamp, load_run, read_checkpoint
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
-from navtool.train.graspe.graspe import Graspe
+from navtool.train.models import kind_of
 from navtool.train.run_folder import RunFolder
 
 
@@ -28,7 +28,10 @@ def saved(small_config: TrainConfig, tmp_path_factory: pytest.TempPathFactory) -
     folder.write_lineage({"split": {}})
     folder.checkpoints.mkdir()
     torch.manual_seed(0)
-    state = {f"model.{name}": value for name, value in Graspe(small_config.model).state_dict().items()}
+    state = {
+        f"model.{name}": value
+        for name, value in kind_of(small_config.model).build(small_config.model).state_dict().items()
+    }
     torch.save({"state_dict": state, "epoch": 0, "navtool": checkpoint_stamp(small_config)}, folder.best)
     return folder.path
 
@@ -52,7 +55,7 @@ class Malicious:
 def test_a_run_gives_back_its_network(run: Path, small_config: TrainConfig) -> None:
     loaded = load_run(run)
     torch.manual_seed(0)
-    expected = Graspe(small_config.model).state_dict()
+    expected = kind_of(small_config.model).build(small_config.model).state_dict()
     assert loaded.config == small_config
     assert not loaded.model.training
     assert all(torch.equal(value, expected[name]) for name, value in loaded.model.state_dict().items())

@@ -1,14 +1,17 @@
 """Batches: complete, in an order that (seed, epoch) decides, and the same from worker processes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
 from navtool.train.config import TrainConfig, TrainerConfig
-from navtool.train.datamodule import NavDataModule
+from navtool.train.datamodule import RunData
 from navtool.train.errors import TrainError
 from navtool.train.graspe.config import GraspeConfig
 from navtool.train.splits import Split, Splits
+from navtool.train.success.windows import WindowReport
 from navtool.train.synthetic import SyntheticConfig, SyntheticSource
 
 SPLITS = Splits(train=(0,), val=(1,), test=(2,))
@@ -26,8 +29,8 @@ def source() -> SyntheticSource:
     return SyntheticSource(SyntheticConfig(rows=30, image_height=48, image_width=64))
 
 
-def module(settings: TrainConfig, data: SyntheticSource | None = None, first_epoch: int = 0) -> NavDataModule:
-    made = NavDataModule(data or source(), SPLITS, settings, first_epoch=first_epoch)
+def module(settings: TrainConfig, data: SyntheticSource | None = None, first_epoch: int = 0) -> RunData:
+    made = RunData(data or source(), SPLITS, settings, first_epoch=first_epoch)
     made.setup("fit")
     return made
 
@@ -61,6 +64,7 @@ def test_worker_processes_give_the_same_batches() -> None:
 
 def test_the_reports_count_positives_and_negatives() -> None:
     report = module(config()).reports[Split.train]
+    assert isinstance(report, WindowReport)
     assert report.samples == 30
     assert report.positives > 0
     assert report.negatives > 0
@@ -76,8 +80,7 @@ def test_unlabelled_data_say_how_to_label() -> None:
 
 
 def test_another_image_size_names_the_settings() -> None:
-    settings = config()
-    settings.model.image_height = 240
+    settings = replace(config(), model=GraspeConfig(image_height=240, image_width=64))
     with pytest.raises(TrainError, match="64x48 pixels") as caught:
         module(settings)
     assert caught.value.cure == "set model.image_width=64 and model.image_height=48"

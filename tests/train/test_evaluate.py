@@ -9,15 +9,15 @@ import torch
 from torch import Tensor
 
 from navtool.base.lineage import plain
-from navtool.pipeline.success_metrics import success_metrics
+from navtool.pipeline.success_metrics import SuccessMetrics, success_metrics
 from navtool.train.config import Device, TrainConfig
 from navtool.train.device import torch_device
 from navtool.train.errors import TrainError
 from navtool.train.evaluate import EvaluationReport, Origin, evaluate_scorer
 from navtool.train.run_lineage import run_lineage
 from navtool.train.splits import Split, split_episodes
+from navtool.train.success.windows import plan_windows
 from navtool.train.synthetic import SyntheticConfig, SyntheticSource
-from navtool.train.windows import plan_windows
 
 CPU = torch.device("cpu")
 
@@ -45,6 +45,7 @@ def test_the_figures_are_those_of_the_splits_samples(small_config: TrainConfig, 
     windows = plan_windows(source, [1], small_config.data)
     p = np.array([source.image(row).mean() / 255.0 for row in windows.row], dtype=np.float32)
     expected = success_metrics(np.repeat(p[:, None], 10, axis=1), windows.target, windows.known, small_config.metrics)
+    assert isinstance(report.metrics, SuccessMetrics)
     assert report.metrics.trajectory.negatives == expected.trajectory.negatives == windows.report.negatives
     assert report.metrics.trajectory.fpr == expected.trajectory.fpr
     assert report.metrics.steps.brier == pytest.approx(expected.steps.brier, abs=1e-6)

@@ -13,7 +13,7 @@ from navtool.pipeline.feature_graph import FeatureGraphConfig
 from navtool.train.errors import TrainError
 from navtool.train.graspe.config import GraspeConfig
 from navtool.train.graspe.graspe import Graspe
-from navtool.train.loss import masked_mse
+from navtool.train.success.loss import masked_mse
 
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit.(script|save|load|freeze). is deprecated:DeprecationWarning")
 

@@ -6,15 +6,16 @@ from torch import Tensor, nn
 
 from navtool.train.config import Device, OptimizerConfig, Precision, TrainConfig, TrainerConfig
 from navtool.train.datamodule import sample_loader
-from navtool.train.figure import prediction_figure
 from navtool.train.graspe.config import GraspeConfig
-from navtool.train.loss import masked_mse
-from navtool.train.module import SuccessModule
-from navtool.train.predictions import Predictions, predict
-from navtool.train.samples import SampleDataset
+from navtool.train.module import NetworkModule
+from navtool.train.predict import predict
 from navtool.train.splits import GroupBy, Split
+from navtool.train.success.figure import prediction_figure
+from navtool.train.success.loss import masked_mse
+from navtool.train.success.predictions import PredictionLog, Predictions
+from navtool.train.success.samples import SampleDataset
+from navtool.train.success.windows import DataConfig, MissingModality, plan_windows
 from navtool.train.synthetic import SyntheticConfig, SyntheticSource
-from navtool.train.windows import DataConfig, MissingModality, plan_windows
 
 
 class Bright(nn.Module):
@@ -38,8 +39,10 @@ def dataset(world: SyntheticConfig) -> SampleDataset:
 
 
 def predictions(world: SyntheticConfig, batch_size: int) -> Predictions:
-    model = Bright().eval()
-    return predict(model, sample_loader(dataset(world), batch_size, workers=0), torch.device("cpu"))
+    model, log = Bright().eval(), PredictionLog()
+    for batch in sample_loader(dataset(world), batch_size, workers=0):
+        log.add(batch, predict(model, batch, torch.device("cpu")))
+    return log.predictions()
 
 
 def test_predictions_do_not_depend_on_the_batches(small_world: SyntheticConfig) -> None:
@@ -60,7 +63,7 @@ def test_a_step_follows_the_gradient_of_the_masked_loss(
 ) -> None:
     batch = next(iter(sample_loader(dataset(small_world), 8, workers=0)))
     model = Bright()
-    loss = masked_mse(SuccessModule(model, small_config).model(*batch.inputs()), batch.target, batch.known)
+    loss = masked_mse(NetworkModule(model, small_config).model(*batch.inputs()), batch.target, batch.known)
     (gradient,) = torch.autograd.grad(loss, [model.weight])
     brightness = batch.image.float().mean(dim=(1, 2, 3))[:, None] / 255.0
     by_hand = (2 * (0.5 * brightness - batch.target) * brightness)[batch.known].mean()
@@ -68,7 +71,7 @@ def test_a_step_follows_the_gradient_of_the_masked_loss(
 
 
 def test_the_optimiser_is_the_papers() -> None:
-    optimizer = SuccessModule(Bright(), TrainConfig()).configure_optimizers()
+    optimizer = NetworkModule(Bright(), TrainConfig(model=GraspeConfig())).configure_optimizers()
     assert isinstance(optimizer, torch.optim.Adam)
     assert (optimizer.defaults["lr"], optimizer.defaults["weight_decay"]) == (0.002, 0.00025)  # GrASPE, Table IV
 
@@ -93,7 +96,7 @@ def test_the_figure_shows_each_sample(small_world: SyntheticConfig) -> None:
         (lambda: TrainerConfig(epochs=0, batch_size=1), r"epochs = 0 .*batch_size = 1"),
         (lambda: TrainerConfig(gradient_clip=0.0), "gradient_clip"),
         (lambda: TrainConfig(model=GraspeConfig(horizon=5)), r"model\.horizon = 5 differs from data\.horizon_steps"),
-        (lambda: TrainConfig(seed=-1), "seed"),
+        (lambda: TrainConfig(model=GraspeConfig(), seed=-1), "seed"),
     ],
 )
 def test_impossible_settings_are_refused(make: "object", message: str) -> None:

@@ -17,11 +17,12 @@ from navtool.train.checkpoint import load_run, read_checkpoint
 from navtool.train.config import OptimizerConfig, Precision, TrainConfig
 from navtool.train.errors import TrainError
 from navtool.train.evaluate import Origin, evaluate_scorer
+from navtool.train.graspe.config import GraspeConfig
 from navtool.train.run import RunResult, train_source
 from navtool.train.run_folder import RunFolder
 from navtool.train.splits import Split
+from navtool.train.success.windows import DataConfig
 from navtool.train.synthetic import SyntheticConfig, SyntheticSource
-from navtool.train.windows import DataConfig
 
 
 class Interrupted(SyntheticSource):
@@ -188,6 +189,7 @@ def test_a_loss_that_is_not_finite_stops_the_run(
 def test_nothing_is_written_where_the_data_do_not_fit(
     small_config: TrainConfig, small_world: SyntheticConfig, tmp_path: Path
 ) -> None:
+    assert isinstance(small_config.model, GraspeConfig)
     bad = replace(small_config, model=replace(small_config.model, horizon=12), data=DataConfig(horizon_steps=12))
     with pytest.raises(TrainError, match="labels 10 steps ahead"):
         train_source(bad, SyntheticSource(small_world), tmp_path / "run")

@@ -1,12 +1,15 @@
 """The sizes and choices of the GrASPE network."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from navtool.pipeline.feature_graph import FeatureGraphConfig
+from navtool.train.model_config import ModelConfig
+from navtool.train.success.windows import DataConfig
 
 
 @dataclass(kw_only=True, slots=True)
-class GraspeConfig:
+class GraspeConfig(ModelConfig):
     """The network of GrASPE, section IV; defaults are the paper's where it names them."""
 
     graph: FeatureGraphConfig = field(default_factory=FeatureGraphConfig)
@@ -103,3 +106,18 @@ class GraspeConfig:
             faults.append(f"self_loop_weight={self.self_loop_weight} must lie in [0, 1], or null for the mean")
         if faults:
             raise ValueError("GrASPE network: " + "; ".join(faults))
+
+    def faults(self, data: DataConfig) -> list[str]:
+        """Where the network's horizon or history is not that of the samples."""
+        return [
+            f"model.{ours} = {mine} differs from data.{theirs} = {other}; set both"
+            for ours, mine, theirs, other in (
+                ("horizon", self.horizon, "horizon_steps", data.horizon_steps),
+                ("history", self.history, "history_steps", data.history_steps),
+            )
+            if mine != other
+        ]
+
+    def files(self) -> tuple[Path, ...]:
+        """The pretrained weights, where there are any."""
+        return () if self.pretrained_image_weights is None else (Path(self.pretrained_image_weights),)

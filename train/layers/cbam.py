@@ -11,7 +11,7 @@ class Cbam(nn.Module):
         F' = \sigma(\mathrm{MLP}(\mathrm{avg}_{hw} F) + \mathrm{MLP}(\max_{hw} F)) \odot F, \qquad
         F'' = \sigma(f^{7 \times 7}([\mathrm{avg}_c F'; \max_c F'])) \odot F'
 
-    Reference: Woo et al., CBAM, 2018, eq. (1) to (3); used by GrASPE, section IV-B.
+    Reference: Woo et al., CBAM, 2018, eq. (1) to (3).
 
     Guarantees:
         Both attentions lie in (0, 1): no element of the output is larger in magnitude than in the input.

@@ -23,7 +23,7 @@ class DenseGAT(nn.Module):
     theta_e, a_e ``lin_edge, att_edge``   attention of the edge weight
     ============ ======================== ==============================================
 
-    Reference: Velickovic et al. 2018, eq. (3) and (5); used by GrASPE, section IV-E.
+    Reference: Velickovic et al. 2018, eq. (3) and (5).
 
     Guarantees:
         Equal to PyG's ``GATConv(edge_dim=1)`` on the graph of all off-diagonal pairs, parameter names included, so

@@ -11,7 +11,7 @@ class DenseGCN(nn.Module):
         X' = \hat D^{-1/2} \hat W \hat D^{-1/2} X \Theta + b, \qquad \hat W = W + I, \quad
         \hat D_{ii} = \sum_j \hat w_{ij}
 
-    Reference: Kipf and Welling 2017, eq. (2); used by GrASPE, section IV-E.
+    Reference: Kipf and Welling 2017, eq. (2).
 
     Guarantees:
         Equal to PyG's ``GCNConv`` on the graph of all off-diagonal pairs, parameter names included, so that either

@@ -10,7 +10,7 @@ def masked_mse(prediction: Tensor, target: Tensor, known: Tensor) -> Tensor:
     .. math::
         L = \frac{\sum_{b,k} m_{bk} (\hat e_{bk} - e_{bk})^2}{\max(1, \sum_{b,k} m_{bk})}
 
-    Reference: GrASPE, appendix C (MSE loss); the mask m marks steps whose outcome is known.
+    The mask m marks steps whose outcome is known.
 
     Guarantees:
         Unknown entries change neither the value nor the gradient, NaN targets included; a batch without any known

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from navtool.train.samples import Sample
+from navtool.train.success.samples import Sample
 
 
 def prediction_figure(

@@ -9,10 +9,10 @@ import torch
 
 from navtool.datasets.store.reader import NavDataset
 from navtool.pipeline.geometry.trajectory_image import TrajectoryImageConfig, trajectory_image
-from navtool.train.row_cache import SampleCaches, fill_caches
-from navtool.train.samples import Sample, SampleDataset
+from navtool.train.success.row_cache import SampleCaches, fill_caches
+from navtool.train.success.samples import Sample, SampleDataset
+from navtool.train.success.windows import DataConfig, MissingModality, plan_windows
 from navtool.train.synthetic import SyntheticConfig, SyntheticSource
-from navtool.train.windows import DataConfig, MissingModality, plan_windows
 
 SMALL = SyntheticConfig(rows=30, image_height=24, image_width=32)
 CONFIG = DataConfig(history_steps=6)

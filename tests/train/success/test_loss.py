@@ -6,7 +6,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from navtool.train.loss import masked_mse
+from navtool.train.success.loss import masked_mse
 
 entries = st.lists(
     st.tuples(st.floats(0.0, 1.0, width=32), st.sampled_from([0.0, 1.0]), st.booleans()), min_size=1, max_size=40

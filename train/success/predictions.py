@@ -1,6 +1,5 @@
-"""What a network says about samples, held against what is known about them."""
+"""Predicted success, held against what is known about it."""
 
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,11 +7,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from navtool.train.loss import masked_mse
-from navtool.train.samples import Sample
-
-type Scorer = Callable[[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor], Tensor]
-"""A network's forward: `Sample.inputs` to success probabilities [B, T]."""
+from navtool.train.success.loss import masked_mse
+from navtool.train.success.samples import Sample
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,13 +47,3 @@ class PredictionLog:
         """All that was taken, in that order; at least one batch."""
         row, probability, target, known = (torch.cat(part).numpy() for part in zip(*self._parts, strict=True))
         return Predictions(row, probability, target, known)
-
-
-def predict(score: Scorer, batches: Iterable[Sample], device: torch.device) -> Predictions:
-    """Score all batches without gradients; the network must be in evaluation mode already."""
-    log = PredictionLog()
-    with torch.inference_mode():
-        for batch in batches:
-            image, points, point_count, velocity, trajectory, reliability = (t.to(device) for t in batch.inputs())
-            log.add(batch, score(image, points, point_count, velocity, trajectory, reliability))
-    return log.predictions()

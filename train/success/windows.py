@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from navtool.train.errors import TrainError
+from navtool.train.samples import SampleReport
 from navtool.train.source import NavSource, column_or
 
 
@@ -26,10 +27,10 @@ class DataConfig:
     """What a sample is made of, and how samples are held in memory."""
 
     history_steps: int = 50
-    """Rows of velocity history H up to and including the row itself, >= 1 (GrASPE, IV-B3)."""
+    """Rows of velocity history H up to and including the row itself, >= 1; the paper has 50."""
 
     horizon_steps: int = 10
-    """Steps T of the success vector, 1 to 10 (GrASPE, Table V); the data set knows 10."""
+    """Steps T of the success vector, 1 to 10, all that the data set knows; the paper has 10."""
 
     missing_modality: MissingModality = MissingModality.exclude
     """What becomes of rows without camera frame or cloud."""
@@ -52,22 +53,25 @@ class DataConfig:
 
 
 @dataclass(frozen=True, slots=True)
-class WindowReport:
-    """How many rows became samples, and why the others did not."""
+class WindowReport(SampleReport):
+    """How many rows became samples, and why the others did not.
 
-    rows: int
-    """Rows of the episodes looked at."""
-    samples: int
-    """Rows that are samples."""
-    excluded: dict[str, int]
-    """Other rows by reason, the first that holds of: no_state (no velocity at the row), history_gap (none at a row of
-    the history), no_image, no_cloud, no_calibration (the trajectory cannot be drawn), no_known_step."""
+    A row is excluded by the first reason that holds of: no_state (no velocity at the row), history_gap (none at a row
+    of the history), no_image, no_cloud, no_calibration (the trajectory cannot be drawn), no_known_step.
+    """
+
     masked_steps: dict[str, int]
     """Steps of the samples that carry no label, by reason: episode_end, state_gap, unknown (NOTES G11)."""
     positives: int
     """Samples whose known steps are all 1."""
     negatives: int
     """Samples with a known step of 0."""
+
+    def cure(self) -> str:
+        """What gives more samples."""
+        if self.excluded["no_image"] or self.excluded["no_cloud"]:
+            return "data.missing_modality=blank trains on rows without camera or cloud"
+        return "run `navtool label` on the data set" if self.excluded["no_known_step"] else "record more"
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.trajectory_image import TrajectoryImageConfig, trajectory_image
 from navtool.train.errors import TrainError
 from navtool.train.source import NavSource
-from navtool.train.windows import DataConfig
+from navtool.train.success.windows import DataConfig
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from navtool.train.errors import TrainError
+from navtool.train.success.windows import DataConfig, MissingModality, Windows, plan_windows
 from navtool.train.synthetic import SyntheticConfig, SyntheticSource
-from navtool.train.windows import DataConfig, MissingModality, Windows, plan_windows
 
 CONFIG = DataConfig(history_steps=6, horizon_steps=4)
 

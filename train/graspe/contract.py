@@ -1,18 +1,18 @@
 """What an exported GrASPE network takes and gives."""
 
 from navtool.datasets.store.schema import CLOUD_SIZE
-from navtool.export.manifest import TensorSpec
-from navtool.train.config import TrainConfig
+from navtool.train.contract import Contract, TensorSpec
+from navtool.train.graspe.config import GraspeConfig
 
 METHODS = ("forward", "encode_sensors", "score_candidates")
 """``forward(inputs...)`` judges one trajectory. ``encode_sensors(image, points, count, velocity)`` and
 ``score_candidates(features, trajectory [batch, candidates, 1, h, w], reliability)`` judge many on one encoding."""
 
 
-def graspe_inputs(config: TrainConfig) -> tuple[TensorSpec, ...]:
-    """The arguments of forward, in order; `navtool.train.samples.Sample.inputs` has the same."""
-    height, width = config.model.image_height, config.model.image_width
-    return (
+def graspe_contract(config: GraspeConfig) -> Contract:
+    """The arguments of forward in the order of `navtool.train.success.samples.Sample.inputs`, and what it returns."""
+    height, width = config.image_height, config.image_width
+    inputs = (
         TensorSpec("image", ("batch", 3, height, width), "uint8", "1", (0, 255), "front camera, RGB; black if missing"),
         TensorSpec(
             "points", ("batch", CLOUD_SIZE, 3), "float32", "m", None, "[x, y, z] in base (REP-103), front half plane"
@@ -20,7 +20,7 @@ def graspe_inputs(config: TrainConfig) -> tuple[TensorSpec, ...]:
         TensorSpec("count", ("batch",), "int64", "1", (0, CLOUD_SIZE), "points in use, from the first"),
         TensorSpec(
             "velocity",
-            ("batch", config.model.history, 2),
+            ("batch", config.history, 2),
             "float32",
             "m/s, rad/s",
             None,
@@ -31,9 +31,6 @@ def graspe_inputs(config: TrainConfig) -> tuple[TensorSpec, ...]:
         ),
         TensorSpec("reliability", ("batch", 2), "float32", "1", (0, 1), "[r_img, r_point]; 0 for a missing sensor"),
     )
-
-
-def graspe_outputs(config: TrainConfig) -> tuple[TensorSpec, ...]:
-    """What forward returns."""
     frame = "success at the row itself and those that follow"
-    return (TensorSpec("success", ("batch", config.model.horizon), "float32", "1", (0, 1), frame),)
+    outputs = (TensorSpec("success", ("batch", config.horizon), "float32", "1", (0, 1), frame),)
+    return Contract(inputs, outputs, METHODS)

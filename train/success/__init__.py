@@ -1,0 +1,1 @@
+"""Samples, loss and figures of models that predict success along a trajectory."""
