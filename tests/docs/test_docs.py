@@ -43,7 +43,7 @@ def names_of(node: ast.stmt) -> list[str]:
 
 
 def is_there(dotted: str) -> bool:
-    """Whether ``train.windows.Windows.history`` and the like name a package, a module or something in one."""
+    """Whether ``train.success.windows.Windows.history`` and the like name a package, a module or something in one."""
     parts = dotted.removeprefix("navtool.").split(".")
     for length in range(len(parts), 0, -1):
         path = ROOT.joinpath(*parts[:length])
@@ -59,6 +59,15 @@ def is_there(dotted: str) -> bool:
 def is_defined(names: dict[str, frozenset[str]], rest: list[str]) -> bool:
     """Whether a module has a name, or a class of it has a member."""
     return rest[0] in names and (len(rest) == 1 or rest[1] in names[rest[0]])
+
+
+@cache
+def modules() -> dict[str, list[Path]]:
+    """The product's modules by their own name."""
+    found: dict[str, list[Path]] = {}
+    for path in (path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")):
+        found.setdefault(path.stem, []).append(path)
+    return found
 
 
 @cache
@@ -94,6 +103,8 @@ def absent(page: Path) -> list[str]:
     prose = _FENCE.sub("", text)
     faults = []
     for code in _CODE.findall(prose):
+        if "NAME" in code:
+            continue
         file, dotted = _FILE.match(code), _DOTTED.match(code)
         if file and not (ROOT / file[0]).exists() and not ignored(file[0]):
             faults.append(f"no file {file[0]}")
@@ -117,6 +128,15 @@ def ignored(path: str) -> bool:
     return path.startswith("benchmarks/out")
 
 
+def test_the_functions_of_the_papers_are_there() -> None:
+    text = (ROOT / "docs" / "papers.md").read_text()
+    short = [code.split(".") for code in _CODE.findall(text) if re.fullmatch(r"[a-z_]+\.\w+", code)]
+    named = [(module, name) for module, name in short if module in modules()]
+    assert len(named) > 20
+    missing = [pair for pair in named if not any(pair[1] in defined(path) for path in modules()[pair[0]])]
+    assert missing == []
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_everything_that_a_page_names_is_there(page: Path) -> None:
     assert absent(page) == []
@@ -125,19 +145,20 @@ def test_everything_that_a_page_names_is_there(page: Path) -> None:
 def test_what_is_not_there_is_found(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(
-        "# One heading\n`train/nowhere.py` `navtool.train.windows.Nowhere` `train.windows.Windows.nowhere`\n"
+        "# One heading\n`train/nowhere.py` `navtool.train.success.windows.Nowhere`\n"
+        "`train.success.windows.Windows.nowhere`\n"
         "`tests/train/test_nowhere.py` `test_windows.py::test_nowhere` [a](nowhere.md) [b](#another)\n"
-        "```\nfrom navtool.train.windows import Windows, Nowhere\n```\n"
-        "`navtool.train.windows.Windows` [c](#one-heading) `train/windows.py` `test_windows.py`\n"
+        "```\nfrom navtool.train.success.windows import Windows, Nowhere\n```\n"
+        "`navtool.train.success.windows.Windows` [c](#one-heading) `train/success/windows.py` `test_windows.py`\n"
     )
     assert absent(page) == [
         "no file train/nowhere.py",
-        "no name navtool.train.windows.Nowhere",
-        "no name train.windows.Windows.nowhere",
+        "no name navtool.train.success.windows.Nowhere",
+        "no name train.success.windows.Windows.nowhere",
         "no file tests/train/test_nowhere.py",
         "no test tests/train/test_nowhere.py",
         "no test test_windows.py::test_nowhere",
-        "no name navtool.train.windows.Nowhere",
+        "no name navtool.train.success.windows.Nowhere",
         "no end of the link nowhere.md",
         "no end of the link #another",
     ]
