@@ -88,7 +88,7 @@ def _mixed(
     """
     # few points are in or beside a patch; those of the other layers get the last number, which is 0
     label = patches.take(points.cell, mode="clip")
-    near = np.flatnonzero(label)
+    near = np.flatnonzero(label > 0)
     strong = points.share.take(near) >= np.float32(_CLEARLY * config.intensity)
     strong &= ~solid.ravel().take(points.cell.take(near))
     beside = np.bincount(label.take(near[strong]), minlength=count.size)
