@@ -20,7 +20,7 @@ DOOR_M, ROBOT_M = 0.9, 0.5
 HALF_ROBOT_CELLS = 3
 """Half the robot's width, in whole cells of 0.1 m: the adaptive inflation's in every direction."""
 KERNEL_CELLS = 11
-"""Of the adaptive and of the uniform inflation: they grow obstacles by 0.5 m."""
+"""Width of the adaptive and of the uniform inflation: they grow obstacles by 0.5 m."""
 LENGTH_M, WIDTH_M = 12.0, 8.0
 NEAR_M, FAR_M, MOST_RAD = 1.5, 4.0, np.radians(30.0)
 BEHIND_M = 1.5
@@ -47,7 +47,7 @@ class Door(NamedTuple):
 
     distance_m: float
     angle_rad: float
-    """Of the robot seen from the door, from the door's normal."""
+    """Direction of the robot as seen from the door, from the door's normal."""
     open: dict[str, bool]
     """Whether each of `WAYS` leaves a way."""
 

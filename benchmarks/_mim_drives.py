@@ -30,7 +30,7 @@ BASE_SENSOR = RIGS[RobotKind.wheeled].mount(LIDAR)
 LIDAR_MODE = LidarConfig(returns=Returns.dual)
 """As the paper's VLP-16 was set (V-A): what lies behind a pane is brighter, and the strongest echo alone hides it."""
 _KNOTS = 17
-"""Of the odometry during a turn: as ingest takes the motion out of a cloud."""
+"""Poses of the odometry during a turn: as ingest takes the motion out of a cloud."""
 
 
 class Cloud(NamedTuple):

@@ -23,7 +23,7 @@ class LongRun(NamedTuple):
 
     clouds: int
     growth_mib: float
-    """Of the process: the mean of the last ten minutes over that of the second five."""
+    """Growth of the process's memory: the mean of the last ten minutes over that of the second five."""
     cells: list[int]
     """That the glass memory knows, at each sample."""
 

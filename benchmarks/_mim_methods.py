@@ -27,7 +27,7 @@ from navtool.sim.world.scenario import Split
 
 OURS = "MIM"
 SCORED_EVERY = 4
-"""Of the ten clouds a second all are mapped, and every fourth is scored: what follows sooner is nearly the same."""
+"""Share of clouds that is scored: all ten a second are mapped, every fourth is judged; the next are nearly the same."""
 ALL_PASSED = "MIM, cells behind the nearest return too"
 """The same map over all cells that any beam passes over: what a beam over a bush says of it counts as well."""
 

@@ -23,7 +23,7 @@ class Result:
     what: str
     ours: float | None
     interval: tuple[float, float] | None = None
-    """Of 95 %."""
+    """Interval of 95 %."""
     paper: float | None = None
     bar: float | None = None
     holds: bool | None = None

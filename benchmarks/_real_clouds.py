@@ -29,7 +29,7 @@ class RealCloud:
 
     name: str
     preset: str
-    """Of the sensor."""
+    """Preset of the sensor."""
     sensor_height_m: float
     """Above the ground, measured in the cloud itself."""
     xyz: NDArray[np.float32]

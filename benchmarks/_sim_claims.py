@@ -49,7 +49,7 @@ class Claim(NamedTuple):
     interval: tuple[float, float] | None
     """95 %, resampling clouds or pictures."""
     number: int
-    """Of points, beams or pictures."""
+    """Number of points, beams or pictures."""
     said: str
     """By whom, and what; empty where nobody gives a figure."""
     holds: bool | None = None

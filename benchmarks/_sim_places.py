@@ -42,12 +42,12 @@ def stands(world: World) -> list[Stand]:
 
 
 def lidar_poses(stand: Stand, columns: int) -> NDArray[np.float64]:
-    """Of the LiDAR on a robot that stands there."""
+    """Poses of the LiDAR on a robot that stands there."""
     return np.tile(_base(stand, np.zeros(1)) @ RIG.mount(LIDAR), (columns, 1, 1))
 
 
 def camera_poses(stand: Stand, time_s: NDArray[np.float64], turn_radps: float = 0.5) -> NDArray[np.float64]:
-    """Of the camera on a robot that passes there at 0.8 m/s while it turns."""
+    """Poses of the camera on a robot that passes there at 0.8 m/s while it turns."""
     return np.asarray(_base(stand, time_s, turn_radps) @ RIG.mount(CAMERA))
 
 

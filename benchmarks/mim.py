@@ -37,7 +37,7 @@ class Cloud(NamedTuple):
 
 
 class Times(NamedTuple):
-    """Of many calls."""
+    """Times of many calls."""
 
     median_s: float
     least_s: float

@@ -60,9 +60,9 @@ class Looked:
     config: IntensityMapConfig
     made: IntensityMap
     solidity: NDArray[np.float32]
-    """Of the cells with returns."""
+    """Solidity of the cells with returns."""
     label: NDArray[np.str_] | None
-    """Of the same cells."""
+    """Labels of the same cells."""
 
 
 def main() -> None:

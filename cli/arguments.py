@@ -1,4 +1,4 @@
-"""What a command line names: paths told from overrides, and refused where they cannot be meant."""
+"""What a command line names: paths apart from overrides, and refused where they cannot be meant."""
 
 import re
 from collections.abc import Sequence

@@ -35,7 +35,7 @@ def intensity_threshold(
     cfg: str | None = typer.Option(None, "--cfg", help="Print the configuration (job), and do nothing else."),
     as_json: bool = typer.Option(False, "--json", help="Print JSON."),
 ) -> None:
-    """Find the intensity, and the heights, that tell solid things from what yields, where it is known what stands.
+    """Find the intensity, and the heights, that separate solid things from what yields, where it is known what stands.
 
     Writes settings.yaml for `navtool intensity-map --settings`, and the ROC curves. Choose the preset of the sensor:
     sensor=vlp16, hdl64, robosense, hesai, livox, ouster or simulated.

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def run_through_hydra(job: "Callable[[DictConfig], float]", config: str, arguments: Sequence[str]) -> None:
-    """Hand a job to Hydra with these command-line arguments.
+    """Run a job through Hydra with these command-line arguments.
 
     Raises:
         UsageError: If an override is wrong.

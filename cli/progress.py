@@ -14,7 +14,7 @@ from rich.text import Text
 
 _DRAW_S = 0.1
 _FOREKNOWN_S = 1.0
-"""What has gone on for less tells nothing of the rest."""
+"""What has gone on for less says nothing of the rest."""
 
 
 class WorkProgress:
@@ -51,12 +51,12 @@ class WorkProgress:
 
     @property
     def left_s(self) -> float | None:
-        """How long the rest will take; None while that cannot be told."""
+        """How long the rest will take; None while that is not known."""
         return None if self._task is None else _left_s(self._bar.tasks[0])
 
     @property
     def share(self) -> float:
-        """Of the work, how much is drawn as done."""
+        """Share of the work that is drawn as done."""
         return 0.0 if self._task is None else self._bar.tasks[0].percentage / 100
 
     def _draw(self, text: str | None = None) -> None:

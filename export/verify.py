@@ -71,7 +71,7 @@ def verify(artefact: Path, latency_runs: int = 20) -> VerifyReport:
 
     Args:
         artefact: Folder of the artefact.
-        latency_runs: Runs whose median is reported, >= 1. Latency is told, not judged.
+        latency_runs: Runs whose median is reported, >= 1. Latency is reported, not judged.
     """
     checks: list[Check] = []
     manifest = _look(checks, "manifest", lambda: _manifest(artefact))
@@ -146,10 +146,10 @@ def _subject(manifest: Manifest, content: dict[str, bytes]) -> tuple[Subject, st
 
 
 def _latency(subject: Subject, kind: AnyKind, runs: int) -> str:
-    told, rate_hz = [], 0.0
+    figures, rate_hz = [], 0.0
     for place, (what, timed) in enumerate(kind.timed.items()):
         median_ms = model_checks.latency_ms(subject, timed, runs if place == 0 else max(1, runs // 4))
-        told.append(f"{median_ms:.1f} ms for {what}")
+        figures.append(f"{median_ms:.1f} ms for {what}")
         rate_hz = 1e3 / median_ms
     threads = torch.get_num_threads()
-    return f"median {', '.join(told)} ({rate_hz:.1f} Hz) on {threads} CPU thread{'s' if threads > 1 else ''}"
+    return f"median {', '.join(figures)} ({rate_hz:.1f} Hz) on {threads} CPU thread{'s' if threads > 1 else ''}"

@@ -21,7 +21,7 @@ _NO_RETURN_M = 1e6
 
 
 class CloudFeatureMethod(StrEnum):
-    """How a point is told to lie on an edge, on a plane or in scatter."""
+    """How it is decided whether a point lies on an edge, on a plane or in scatter."""
 
     loam = "loam"
     """Eq. 3 as printed: the neighbours' mean offset as a share of the point's distance from the sensor."""
@@ -104,7 +104,7 @@ def cloud_reliability(
     Args:
         xyz: Points in the sensor's frame in metres; those nearer than 1e-19 m, not finite or beyond 1000 km are no
             returns.
-        ring: Ring (laser) of each point in any numbering, None where the cloud does not tell.
+        ring: Ring (laser) of each point in any numbering, None where the cloud has none.
         config: Thresholds and weights.
 
     Reference: GrASPE, eq. (4) and (5).

@@ -11,7 +11,7 @@ _MM_PER_M = 1000.0
 _SALT = 0xD1B54A32D192ED03
 _ODD = 0x1E3779B97F4A7C15
 _ODD_INVERSE = pow(_ODD, -1, 1 << 63)
-"""Of the odd number, for every number of low bits up to 63."""
+"""Inverse of the odd number, for every number of low bits up to 63."""
 
 MAX_RANGE_M = 1000.0
 """Coordinates beyond this are no LiDAR returns and are dropped."""

@@ -1,4 +1,4 @@
-"""How well a threshold on one figure tells two kinds apart, for every threshold at once."""
+"""How well a threshold on one figure separates two kinds, for every threshold at once."""
 
 from typing import NamedTuple
 

@@ -46,7 +46,7 @@ class BinaryMetrics:
     """Average precision of the traversable class; a constant predictor gets positives / (positives + negatives)."""
     average_precision_failure: float | None
     """Average precision of the failures, ranked by 1 - probability: they are rare, so chance level is low and the
-    figure tells models apart where the other one is near 1 for all of them."""
+    figure separates models where the other one is near 1 for all of them."""
     brier: float | None
     """Mean squared difference of probability and outcome."""
     ece: float | None

@@ -1,4 +1,4 @@
-"""Lightning's trainer as a run uses it, with what can go wrong told plainly."""
+"""Lightning's trainer as a run uses it, with plain errors for what can go wrong."""
 
 import signal
 import threading
@@ -39,7 +39,7 @@ def fit(
     Raises:
         TrainError: It was interrupted, ran out of memory, or diverged; whole epochs stay in the folder.
     """
-    with quiet_lightning(), _told_plainly(folder):
+    with quiet_lightning(), _plain_errors(folder):
         data.setup("fit")
         if config.trainer.channels_last:
             module.to(memory_format=torch.channels_last)
@@ -69,7 +69,7 @@ def fit(
 
 
 @contextmanager
-def _told_plainly(folder: RunFolder) -> Iterator[None]:
+def _plain_errors(folder: RunFolder) -> Iterator[None]:
     """Turn an interruption and exhausted memory into our error, and leave Ctrl-C as it was."""
     main = threading.current_thread() is threading.main_thread()
     handler = signal.getsignal(signal.SIGINT) if main else None

@@ -46,7 +46,7 @@ def check_calibrations(dataset: NavDataset) -> Findings:
 
 
 def check_leakage(dataset: NavDataset) -> Findings:
-    """No run is in the data set twice, no two are of one time, and places tell runs apart."""
+    """No run is in the data set twice, no two are of one time, and runs of one place lie apart."""
     seen: dict[str, str] = {}
     for entry in dataset.lineage()["recordings"]:
         if entry["sha256"] in seen:

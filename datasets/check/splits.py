@@ -52,7 +52,7 @@ def read_splits(path: Path) -> Splits:
 
 
 def check_splits(dataset: NavDataset, splits: Splits, where: str) -> Findings:
-    """Every episode is there, none and no recording is in two splits; places and moments that two share are told.
+    """Every episode is there, none and no recording is in two splits; places and moments that two share are named.
 
     Args:
         where: What names the splits.

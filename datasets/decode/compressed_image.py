@@ -23,7 +23,7 @@ _END_OF_PNG = b"IEND"
 def decode_compressed_image(message: Any) -> ImageFrame:
     """The image in RGB, in the orientation of the sensor.
 
-    The bytes tell JPEG from PNG. The format (``jpeg``, or image_transport's ``rgb8; jpeg compressed bgr8``) tells what
+    The bytes show JPEG or PNG. The format (``jpeg``, or image_transport's ``rgb8; jpeg compressed bgr8``) says what
     was compressed: a depth image, a Bayer mosaic, or red and blue exchanged.
 
     Raises:
@@ -40,7 +40,7 @@ def decode_compressed_image(message: Any) -> ImageFrame:
     compression = _compression(data, message.format)
     if encoding.startswith("bayer_"):
         return _frame(message, _bayer(data, encoding), compression)
-    # image_transport hands OpenCV's encoder BGR. Where it notes that it handed RGB, the colours inside are exchanged.
+    # image_transport gives OpenCV's encoder BGR. Where it notes that it gave RGB, the colours inside are exchanged.
     exchanged = "compressed rgb" in message.format
     return _frame(message, _decompressed(data, cv2.IMREAD_COLOR if exchanged else cv2.IMREAD_COLOR_RGB), compression)
 

@@ -11,7 +11,7 @@ MOST_PIXELS = 100_000_000
 
 
 def encoded_size(data: bytes) -> tuple[int, int]:
-    """Width and height as a JPEG or PNG image states them; 0 where that cannot be told and the decoder has the word."""
+    """Width and height as a JPEG or PNG image states them; 0 where they do not show and the decoder has to say."""
     if data.startswith(_PNG):
         return int.from_bytes(data[16:20]), int.from_bytes(data[20:24])
     place = 2

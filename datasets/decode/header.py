@@ -15,7 +15,7 @@ class Head(NamedTuple):
 
 
 NO_HEAD = Head(None, "")
-"""Of a message whose type has no header."""
+"""The head of a message whose type has no header."""
 
 
 def head_of(message: Any) -> Head:

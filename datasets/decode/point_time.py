@@ -13,7 +13,7 @@ _SAME_CLOCK_S = 10.0
 def seconds_from_header(time: Shaped[Array, " n"], stamp_ns: int) -> Float32[Array, " n"]:
     """Seconds after the header's stamp, negative before it.
 
-    Drivers differ, and the field's type tells them apart: integers are nanoseconds from the header (Ouster, Autoware);
+    Drivers differ, and the field's type decides: integers are nanoseconds from the header (Ouster, Autoware);
     floats up to 1e9 are seconds from the header (Velodyne); doubles beyond are absolute, in seconds (Hesai) or, beyond
     1e15, in nanoseconds (Livox).
 

@@ -95,7 +95,7 @@ def _packets(message: Any, stamp_ns: int) -> tuple[Shaped[Array, " packets"], Fl
 
 
 def _repeated(blocks: Shaped[Array, "packets blocks"], dual: Shaped[Array, " packets"]) -> Shaped[Array, "*n"]:
-    """Of two returns a beam, the second where it is the first again."""
+    """Where the second of two returns a beam is the first again."""
     returns = blocks["returns"]
     same = np.zeros(returns.shape, dtype=np.bool_)
     same[:, 1::2] = (returns["distance"][:, 1::2] == returns["distance"][:, ::2]) & dual[:, None, None, None]

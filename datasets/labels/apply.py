@@ -58,35 +58,35 @@ def label_dataset(
         DatasetsError: If it is no data set, another process writes to it, or the events file is faulty.
         OutputError: If a file cannot be written; the labels are then as they were.
     """
-    tell = progress or _ignore
+    on_progress = progress or _nothing
     read_description(root)
     with open_store(root):
         finish(root)
         try:
-            return _label(root, config, events, tell, workers)
+            return _label(root, config, events, on_progress, workers)
         except BaseException:
             # Before the journal this takes the new files away; after it, it completes the step.
             finish(root)
             raise
 
 
-def _label(root: Path, config: LabelConfig, events: Path | None, tell: Progress, workers: int) -> LabelReport:
+def _label(root: Path, config: LabelConfig, events: Path | None, on_progress: Progress, workers: int) -> LabelReport:
     dataset = NavDataset(root)
     report = LabelReport(dataset=str(root), episodes=len(dataset.episodes), rows=len(dataset))
     by_bag = _events_by_bag(dataset, events, report)
     labelled: list[EpisodeLabels] = []
     for episode in dataset.episodes:
-        tell("rules", episode.index, len(dataset.episodes))
+        on_progress("rules", episode.index, len(dataset.episodes))
         labels = label_episode(dataset, episode, config, by_bag.get(episode.source, []))
         _count(report, episode, labels)
         labelled.append(labels)
     report.rewritten = [
         episode.index for episode in dataset.episodes if _differs(dataset, episode, labelled[episode.index])
     ]
-    targets = _write_data(dataset, labelled, report.rewritten, tell, workers)
+    targets = _write_data(dataset, labelled, report.rewritten, on_progress, workers)
     targets += _write_stats(dataset, labelled)
     targets.append(_write_summary(dataset, config, report))
-    commit(root, targets, lambda done: tell("replace", done, len(targets)))
+    commit(root, targets, lambda done: on_progress("replace", done, len(targets)))
     logger.info("%s: labels of %d of %d episodes changed", root, len(report.rewritten), report.episodes)
     return report
 
@@ -131,7 +131,7 @@ def _differs(dataset: NavDataset, episode: Episode, labels: EpisodeLabels) -> bo
 
 
 def _write_data(
-    dataset: NavDataset, labelled: list[EpisodeLabels], changed: list[int], tell: Progress, workers: int
+    dataset: NavDataset, labelled: list[EpisodeLabels], changed: list[int], on_progress: Progress, workers: int
 ) -> list[Path]:
     targets = [dataset.layout.data(index) for index in changed]
     needed = sum(target.stat().st_size for target in targets)
@@ -150,7 +150,7 @@ def _write_data(
     try:
         with ThreadPoolExecutor(max_workers=workers) as pool:
             for done, _ in enumerate(pool.map(write, changed)):
-                tell("write", done + 1, len(changed))
+                on_progress("write", done + 1, len(changed))
     except OSError as error:
         cure = "check the disk's space and the folder's rights"
         raise OutputError(f"cannot be written ({error.strerror})", where=dataset.root, cure=cure) from error
@@ -173,11 +173,11 @@ def _write_stats(dataset: NavDataset, labelled: list[EpisodeLabels]) -> list[Pat
 
 def _write_summary(dataset: NavDataset, config: LabelConfig, report: LabelReport) -> Path:
     target = dataset.layout.beside / "labels.json"
-    told = {key: value for key, value in report.to_json().items() if key not in ("dataset", "rewritten")}
+    reported = {key: value for key, value in report.to_json().items() if key not in ("dataset", "rewritten")}
     made_with = {"config": plain(config), "config_hash": config_hash(config), "code_version": code_version()}
-    write_json(staged(target), {"schema_version": LABELS_VERSION} | told | made_with)
+    write_json(staged(target), {"schema_version": LABELS_VERSION} | reported | made_with)
     return target
 
 
-def _ignore(_stage: str, _done: int, _of: int) -> None:
+def _nothing(_stage: str, _done: int, _of: int) -> None:
     return None

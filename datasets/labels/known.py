@@ -1,4 +1,4 @@
-"""Which steps of E_t are known: those at which the driven path still tells of the predicted one."""
+"""Which steps of E_t are known: those at which the driven path still follows the predicted one."""
 
 import numpy as np
 from jaxtyping import Bool, Float, Float64, Int64
@@ -21,7 +21,7 @@ def known_steps(
     E_t[k] is the outcome at row t + k, k / fps seconds after row t; k = 0 is row t itself. The predicted trajectory
     keeps row t's measured :math:`(v, \omega)`. Step k is known as long as the driven positions of the rows up to
     t + k lie within ``max_deviation_m`` of the predicted ones, all of them are valid and in the episode: once the
-    robot has left the predicted trajectory, nothing later tells of it, even where the two cross again.
+    robot has left the predicted trajectory, nothing later is known of it, even where the two cross again.
 
     A failure ends that comparison: a robot that has collided does not follow its prediction any further, and the
     predicted trajectory does not pass either. Steps from a known failed one on stay known while the outcome stays 0.

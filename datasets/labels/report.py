@@ -47,7 +47,7 @@ class LabelReport:
         failed_rows: Rows with outcome 0.
         known_steps: Steps of E_t that are known, over all rows.
         all_steps: Rows times horizon.
-        negatives: Rows with a known failed step: the negative samples (NOTES G13).
+        negatives: Rows with a known failed step: the negative samples (docs/papers.md, GrASPE V-B).
         reasons: Rows by reason; rows without one are not listed.
         rules: Each rule's result.
         events: The events file; None without one.

@@ -51,7 +51,7 @@ class Signals:
     pose: Float[Array, "rows 6"]
     """x, y, z in metres, roll, pitch, yaw in radians."""
     state_valid: Bool[Array, " rows"]
-    """Of state and pose."""
+    """Whether state and pose were measured."""
     action_valid: Bool[Array, " rows"]
     period_ns: int
     imu: ImuSignal | None = None

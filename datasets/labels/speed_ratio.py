@@ -1,4 +1,4 @@
-"""Whether an odometry's poses and speeds tell of the same motion."""
+"""Whether an odometry's poses and speeds agree on the motion."""
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -22,7 +22,7 @@ def speed_ratio(
         fps: Rows per second.
 
     Returns:
-        None where the robot moves in too few rows to tell.
+        None where the robot moves in too few rows to compare.
     """
     speed = np.abs(state[:, 0].astype(np.float64))
     moving = valid[:-1] & valid[1:] & (speed[:-1] > MOVING_MPS) & (speed[1:] > MOVING_MPS)

@@ -61,16 +61,16 @@ class Skipped:
 
     def faults(self) -> tuple[str, ...]:
         """A sentence on the chunks that were skipped, and one on those that were read in part."""
-        told = []
+        lines = []
         if self._reasons:
             first = min(self._reasons)
             which = f"the first at byte {first}: {self._reasons[first]}"
-            told.append(f"{len(self._reasons)} of {self._total} chunks skipped, {self._bytes / 1e6:.3f} MB ({which})")
+            lines.append(f"{len(self._reasons)} of {self._total} chunks skipped, {self._bytes / 1e6:.3f} MB ({which})")
         if self._torn:
             first = min(self._torn)
             which = f"the first at byte {first}: {self._torn[first]}"
-            told.append(f"{len(self._torn)} of {self._total} chunks read in part ({which})")
-        return tuple(told)
+            lines.append(f"{len(self._torn)} of {self._total} chunks read in part ({which})")
+        return tuple(lines)
 
 
 def merged(

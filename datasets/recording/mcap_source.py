@@ -28,10 +28,10 @@ _LOOSE_BYTES = 1 << 22
 
 
 class McapSource:
-    """One ``.mcap`` file, read chunk by chunk; checksums are verified unless told otherwise, and errors name the place.
+    """One ``.mcap`` file, read chunk by chunk; checksums are verified by default, and errors say where.
 
     The summary at its end says what each chunk holds. Where there is none, or where it does not fit the file, every
-    record is looked at once, in the order of the file, up to where it ends; whatever cannot be read is skipped and told
+    record is looked at once, in the order of the file, to its end; whatever cannot be read is skipped and named
     in ``faults``.
     """
 
@@ -160,7 +160,7 @@ class McapSource:
         return [Chunk(record.place, record.end - record.place, min(times), max(times), channels)]
 
     def _taken(self, content: bytes | FileBytes, record: mcap_file.Record) -> tuple[int, int] | None:
-        """Like ``_take``; a record that is not what it says is told and left out."""
+        """Like ``_take``; a record that is not what it says is named and left out."""
         try:
             return self._take(content, record)
         except Exception as error:
@@ -205,7 +205,7 @@ class _Loose:
         return self.rest() if self._end - self._start > _LOOSE_BYTES else []
 
     def rest(self) -> list[Chunk]:
-        """The portion at hand, if there is one."""
+        """The current portion, if there is one."""
         if not self._messages:
             return []
         times = [record_ns for _, record_ns in self._messages]
@@ -224,7 +224,7 @@ def _inside(summary: Summary, size: int) -> bool:
 
 
 def _complete(summary: Summary) -> bool:
-    """Whether the summary alone tells where each message is and what it is."""
+    """Whether the summary alone says where each message is and what it is."""
     statistics = summary.statistics
     if statistics is None:
         return False

@@ -9,7 +9,7 @@ def decompressed(data: bytes) -> bytes:
     """The serialised message, decompressed where it is a zstd frame.
 
     The mode is noted only in the ``metadata.yaml`` of the whole recording, which a single file of it lacks. The bytes
-    tell as well: a CDR message starts with 0, the first byte of its encapsulation, and never with zstd's magic.
+    show it as well: a CDR message starts with 0, the first byte of its encapsulation, and never with zstd's magic.
 
     A damaged frame is left as it is: reading goes on, and only decoding this message fails.
     """

@@ -140,7 +140,7 @@ def message_type(name: str, encoding: str, definition: Definition | None, ros_di
 
 
 def check_ros_distro(ros_distro: str) -> None:
-    """Do nothing where the name is that of a ROS 2 distribution whose types are at hand.
+    """Do nothing where the name is that of a ROS 2 distribution whose types are known.
 
     Raises:
         DatasetsError: It is not.

@@ -174,7 +174,7 @@ class RecordArrays:
         return np.dtype({"names": names, "formats": kinds, "offsets": offsets, "itemsize": end - start})
 
     def _alignment(self, kind: Any) -> int:
-        """Of which number of bytes the place of such a field is a multiple."""
+        """The number of bytes of which such a field's offset is a multiple."""
         node, what = kind
         if not self._cdr:
             return 1

@@ -119,7 +119,7 @@ class Recording:
     def header_stamp_ns(self, raw: RawMessage) -> int | None:
         """The header's stamp, read from the bytes; 0 where it was left unset, None where the type has no header.
 
-        None also where the type is unknown: whether it has a header cannot be told then.
+        None also where the type is unknown: whether it has a header is not known then.
 
         Raises:
             DatasetsError: The message is shorter than its header.

@@ -161,14 +161,14 @@ def _unreachable(url: str, error: Exception) -> DatasetsError:
     # Libraries keep what the operating system said as an attribute.
     chain += [entry for error in chain if isinstance(entry := getattr(error, "os_error", None), Exception)]
     for entry in reversed(chain):
-        if (told := _told(entry)) is not None:
-            what, cure = told
+        if (refusal := _refusal(entry)) is not None:
+            what, cure = refusal
             return DatasetsError(what, where=url, cure=cure)
     cure = "check the address, the network and your credentials"
     return DatasetsError(f"cannot be read: {describe(error)}", where=url, cure=cure)
 
 
-def _told(error: Exception) -> tuple[str, str] | None:
+def _refusal(error: Exception) -> tuple[str, str] | None:
     """What an error says of a URL, and the cure; None where it says nothing that is known."""
     status = getattr(error, "status", None)
     if isinstance(error, ConnectionRefusedError):

@@ -20,7 +20,7 @@ class Ros1Source:
 
     The index at its end says what each chunk holds. Where there is none, because the recorder was stopped or the copy
     is incomplete, or where it does not fit the file, every chunk is looked into once, in the order of the file, up to
-    where it ends; whatever cannot be read is skipped and told in ``faults``.
+    where it ends; whatever cannot be read is skipped and named in ``faults``.
     """
 
     def __init__(self, path: Path, *, where: Path) -> None:

@@ -16,7 +16,7 @@ def odd_gravity(acceleration_mps2: Float64[Array, "samples 3"]) -> str | None:
     """What is odd about the mean specific force in base axes, and the cure; None where it is upwards and 9.81 m/s2.
 
     At rest an accelerometer measures +9.81 m/s2 along the axis that points up (REP-103: z). Over a run the robot's own
-    accelerations cancel out, so the mean tells how the sensor is mounted and in which unit it measures.
+    accelerations cancel out, so the mean shows how the sensor is mounted and in which unit it measures.
 
     Args:
         acceleration_mps2: As recorded; rows with NaN are left out.

@@ -15,7 +15,7 @@ class Reduction(StrEnum):
 
 
 class FlatLayers(StrEnum):
-    """How the layers z = 0 and z = -epsilon are cut (NOTES M2)."""
+    """How the layers z = 0 and z = -epsilon are cut (docs/papers.md, eq. 2)."""
 
     angular = "angular"
     """By elevation: the beams nearest the horizon, and the next ones below."""
@@ -49,7 +49,7 @@ class LayerConfig:
     """Which points belong to which layer, and what a cell makes of them. Heights are relative to the sensor."""
 
     height_m: float = 0.6
-    """h: the upper layer is (0, h], the lower one [-h, 0), in metres, above 0: down to what is told from the ground."""
+    """h: the upper layer is (0, h], the lower one [-h, 0), in metres, above 0: down to the ground's margin."""
     flat: FlatLayers = FlatLayers.angular
     """How the layers z = 0 and z = -epsilon are cut."""
     flat_rad: float = math.radians(2.0)
@@ -95,7 +95,7 @@ class ObstacleConfig:
 
 @dataclass(kw_only=True, slots=True)
 class GlassConfig:
-    """When a weak patch of returns is glass, how far it is extended, and how long it is remembered (NOTES M4)."""
+    """When a weak patch of returns is glass, how far it reaches and how long it stays (docs/papers.md, eq. 6)."""
 
     intensity: float = 0.2
     """Returns of glass are weaker than this, in units of R, in (0, 1]."""

@@ -19,7 +19,7 @@ def inflation_kernel(goal_rad: float, config: InflationConfig) -> Float32[Array,
 
     The line of eq. 8 runs through the middle along the direction of the goal. As the text of IV-C has it, obstacles
     grow opposite to the goal: the kernel is the half of the line that points there, with its thickness, and a disc
-    around the middle for the minor inflation elsewhere (NOTES M5).
+    around the middle for the minor inflation elsewhere (docs/papers.md, eq. 8).
 
     Args:
         goal_rad: Direction of the goal, atan2(g_y, g_x), in the frame of the grid.

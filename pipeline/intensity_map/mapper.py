@@ -15,7 +15,7 @@ from navtool.pipeline.intensity_map.obstacles import Obstacles, cell_classes, fi
 
 
 class IntensityMap(NamedTuple):
-    """What a cloud shows; all grids have r along x and c along y (NOTES M8)."""
+    """What a cloud shows; all grids have r along x and c along y (docs/papers.md, eq. 1)."""
 
     layers: IntensityLayers
     obstacles: Obstacles

@@ -29,7 +29,7 @@ class CellClass(IntEnum):
 
 
 class Obstacles(NamedTuple):
-    """The cells with returns, told apart."""
+    """The cells with returns, by class."""
 
     solid: Float32[Array, "n n"]
     """I_TP of eq. 4: the largest value of any layer where one is above the threshold, else 0."""
@@ -42,12 +42,12 @@ class Obstacles(NamedTuple):
 def find_obstacles(
     layers: IntensityLayers, grid: GridConfig, config: LayerConfig, obstacle: ObstacleConfig
 ) -> Obstacles:
-    """Tell solid cells from pliable ones: condition C of eq. 3 holds where no layer is above the threshold.
+    """Solid cells apart from pliable ones: condition C of eq. 3 holds where no layer is above the threshold.
 
     All four layers are asked: they do not overlap, so z = -epsilon is the part that [-h, 0) of eq. 3 lacks. A few
     points say little about a cell: with ``pooling_cells`` = k, the threshold is held against the reduction of the
     points of the (2k + 1) x (2k + 1) cells around. The values are the cell's own. Cells without a return are neither
-    (NOTES M3).
+    (docs/papers.md, eq. 3).
 
     Raises:
         ValueError: The reduction is ``max``, and the layers were made for another one.

@@ -1,4 +1,4 @@
-"""How well a map of classes agrees with the truth, over the cells that a cloud has looked at (NOTES M7)."""
+"""How well a map of classes agrees with the truth, over the cells that a cloud looked at (docs/papers.md, V-B)."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -22,11 +22,11 @@ QUESTIONS: dict[str, tuple[CellClass, ...]] = {
 }
 """What is asked of each cell: is it one of these? ``avoid`` is the figure that is set against the paper's F-score."""
 DIRECTIONS = 1800
-"""In which beams are told apart: the columns of a VLP-16 that turns ten times a second."""
+"""Width within which beams are one: the columns of a VLP-16 that turns ten times a second."""
 
 
 class Score(NamedTuple):
-    """Of one question; None where nothing was claimed, or nothing was there."""
+    """Scores of one question; None where nothing was claimed, or nothing was there."""
 
     precision: float | None
     recall: float | None
@@ -78,7 +78,7 @@ class Counts:
 
 
 def no_counts() -> Counts:
-    """Of no cloud."""
+    """The counts of no cloud."""
     zero = np.zeros(len(QUESTIONS), np.int64)
     return Counts(np.zeros((len(CellClass), len(CellClass)), np.int64), zero, zero, zero, zero)
 

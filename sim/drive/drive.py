@@ -29,11 +29,11 @@ class Drive:
     time_s: Float64[Array, " n"]
     """From the drive's begin, the first entry is 0."""
     position_m: Float64[Array, "n 3"]
-    """Of base_link."""
+    """Positions of base_link."""
     quaternion: Float64[Array, "n 4"]
-    """Of base_link: x, y, z, w."""
+    """Attitudes of base_link: x, y, z, w."""
     velocity_mps: Float64[Array, "n 3"]
-    """Of base_link, in the body's axes."""
+    """Velocities of base_link, in the body's axes."""
     rates_radps: Float64[Array, "n 3"]
     """In the body's axes."""
     command: Float64[Array, "n 2"]
@@ -41,7 +41,7 @@ class Drive:
     intervention: Bool[Array, " n"]
     """Whether the operator frees the robot."""
     gait: tuple[tuple[float, str], ...] = ()
-    """Of a robot with legs: from when on it goes in which gait."""
+    """Gaits of a robot with legs: from when on it goes in which."""
 
     imu: Measured
     """[k, 6]: specific force in m/s2 (9.81 upwards at rest), turn rates in rad/s; axes of imu_link."""

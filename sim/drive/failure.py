@@ -12,7 +12,7 @@ class FailureKind(Enum):
     fall = "fall"
     """It leaned too far, or lay on its trunk."""
     stuck = "stuck"
-    """It was told to go and did not."""
+    """It was commanded to go and did not."""
     entangled = "entangled"
     """The same, held by what grows or lies on the ground."""
     collision = "collision"

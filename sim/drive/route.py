@@ -9,7 +9,7 @@ from navtool.sim.errors import SimError
 
 _CELL_M = 0.2
 _EVERY = 3
-"""Of the cells on the way, every third becomes a point of it."""
+"""Cells of the way for each of its points."""
 _CLEAR_M = 0.5
 """Where it can, it keeps this far from what is solid, beside half the robot's width."""
 _LEAST_M = 0.05

@@ -11,7 +11,7 @@ from navtool.sim.errors import SimError
 
 @dataclass(kw_only=True, slots=True)
 class BatteryConfig:
-    """Of Spot's battery and drives.
+    """Constants of Spot's battery and drives.
 
     Published (Spot SDK documentation, "About Spot"): 605 Wh, at most 58.8 V, typically 90 minutes of work (403 W) or
     180 minutes of standby (202 W). The rest follows or is chosen, as each field says.
@@ -29,7 +29,7 @@ class BatteryConfig:
     empty_v: float = 46.2
     """At no load when all of the energy is drawn: 3.3 V a cell. Chosen."""
     energy_wh: float = 605.0
-    """Of a full battery."""
+    """Energy of a full battery."""
     resistance_ohm: float = 0.08
     """By which the voltage sags under load. Chosen."""
 

@@ -30,7 +30,7 @@ JOINT_NAMES = tuple(f"{leg}_{joint}" for leg in LEGS for joint in ("hip_x", "hip
 """The order of joints in every array; Spot's driver names them so in joint_states."""
 
 HIPS_M = np.array([(x, y, 0.0) for x in (0.29785, -0.29785) for y in (0.055, -0.055)])
-"""Of the hip x axes in the body frame, by leg."""
+"""Positions of the hip x axes in the body frame, by leg."""
 SIDES = np.array([1.0, -1.0, 1.0, -1.0])
 """+1 for a left leg, -1 for a right one."""
 HIP_OFFSET_M = 0.110945
@@ -47,14 +47,14 @@ JOINT_DAMPING_NMS = 0.4
 
 JOINT_LOW_RAD = np.tile([-np.pi / 4, np.radians(50 - 91) - 0.183, np.radians(-160)], 4)
 JOINT_HIGH_RAD = np.tile([np.pi / 4, np.radians(50 + 91) - 0.166, np.radians(-14)], 4)
-"""Hip y as in the URDF, which tells its bias apart for the two directions: -0.899 and 2.295 rad."""
+"""Hip y as in the URDF, which has another bias in each direction: -0.899 and 2.295 rad."""
 
 HIP_TORQUE_NM = 51 * 0.88
 _KNEE_ANGLE_RAD = (-2.793, -2.512, -2.258, -2.004, -1.749, -1.444, -1.189, -0.909, -0.654, -0.399, -0.247)
 _KNEE_TORQUE_NM = (37.2, 61.2, 80.6, 96.5, 107.8, 113.2, 109.7, 96.4, 76.1, 49.2, 30.6)
 
 STEP_S = 0.002
-"""Of the physics."""
+"""Time step of the physics."""
 _PROBE_RADII_M = (*(FOOT_RADIUS_M,) * 4, *(0.045,) * 4, *(0.09,) * 4)
 PROBES = len(_PROBE_RADII_M)
 """Spheres that meet the ground: four feet, four knees, four lower corners of the trunk."""

@@ -11,7 +11,7 @@ from navtool.pipeline.arrays import Array
 
 
 class BodyMotion(NamedTuple):
-    """Of the trunk; world frame unless named otherwise. Plain numbers: a controller does little with many of them."""
+    """Motion of the trunk; world frame unless named otherwise. Plain numbers: a controller does little with many."""
 
     rotation: Float64[Array, "3 3"]
     """From the body's axes to the world's."""
@@ -23,7 +23,7 @@ class BodyMotion(NamedTuple):
     """In the body's axes."""
     yaw_rad: float
     cosine: float
-    """Of the yaw."""
+    """Cosine of the yaw."""
     sine: float
 
     def ahead_left(self, x: float, y: float) -> tuple[float, float]:

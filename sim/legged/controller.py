@@ -107,14 +107,14 @@ class Controller:
         for leg, site in enumerate(self._sites):
             mujoco.mj_jacSite(self._model, data, self._rows[leg], None, site)
         self._feel(data, force_n)
-        told, self._acceleration[6:] = self._told(body, touching)
+        command, self._acceleration[6:] = self._command(body, touching)
         wrench = self._balance.wrench(body, data.qfrc_bias[:6], self._plane, self.command, self._sway(body))
         mujoco.mj_mulM(self._model, data, self._legs, self._acceleration)
         trust = self.stepping.trust()
         forces = ground_forces(self._jacobian, wrench + self._legs[:6], trust, self.grip.friction)
         self._asked = [math.hypot(x, y) / z if z > 0.0 else 0.0 for x, y, z in forces.reshape(4, 3).tolist()]
         torque = data.qfrc_bias[6:18] + JOINT_DAMPING_NMS * data.qvel[6:18] + self._legs[6:]
-        return told._replace(torque_nm=torque - forces @ self._jacobian[:, 6:18])
+        return command._replace(torque_nm=torque - forces @ self._jacobian[:, 6:18])
 
     def _feel(self, data: mujoco.MjData, force_n: Float64[Array, "4"]) -> None:
         """Learn from feet that slide although they carry."""
@@ -160,7 +160,7 @@ class Controller:
         ahead, inner = body.ahead_left(*inward(self._stood_m, leg, (soon[0], soon[1]), gait.margin_m))
         return Sway(ahead, left + place + inner, speed, acceleration)
 
-    def _told(self, body: BodyMotion, touching: list[bool]) -> tuple[JointCommand, Float64[Array, "12"]]:
+    def _command(self, body: BodyMotion, touching: list[bool]) -> tuple[JointCommand, Float64[Array, "12"]]:
         """Return what legs in the air do, and the joints' accelerations that it takes."""
         position, velocity, kp, kd = [0.0] * 12, [0.0] * 12, [0.0] * 12, [_STANCE_KD] * 12
         acceleration = [0.0] * 12

@@ -13,7 +13,7 @@ class ControllerConfig:
     """Gains and limits; chosen so that the robot walks on level hard ground, the same for every terrain."""
 
     height_m: float = 0.50
-    """Of the hips above the ground; 0.3 to 0.6."""
+    """Height of the hips above the ground; 0.3 to 0.6."""
     acceleration_mps2: float = 1.2
     """How fast the speed follows a command; above 0."""
     turn_acceleration_radps2: float = 2.0

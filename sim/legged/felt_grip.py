@@ -16,7 +16,7 @@ _SURE_TICKS = 8
 """For so many decisions in a row a foot has to slide: on stones feet that roll off an edge or knock do so for up to
 about 0.03 s, in mud they slide for longer."""
 _SHARE = 0.95
-"""Of the ratio of forces at which a foot slid, so much is counted on."""
+"""Share that is counted on of the ratio of forces at which a foot slid."""
 _FALL_S, _RECOVER_S = 0.04, 4.0
 """Time constants with which it falls towards that, and comes back to `FIRM`."""
 
@@ -24,7 +24,7 @@ _FALL_S, _RECOVER_S = 0.04, 4.0
 class FeltGrip:
     """Learns how far a foot may be pushed across the ground from feet that slide under load.
 
-    A foot that slides tells that the ground holds less than the ratio of forces that was asked of it: what is counted
+    A foot that slides shows that the ground holds less than the ratio of forces that was asked of it: what is counted
     on falls at once below that ratio, for all feet, for where one slid the next one comes down. While none slides it
     comes back slowly, to find out whether the ground is better by now. It lies within `LEAST` and `FIRM`, and is
     exactly `FIRM` until the first foot slides. It never sees the ground's true friction.

@@ -1,4 +1,4 @@
-"""What the ground under the robot is like, as far as its feet can tell."""
+"""What the ground under the robot is like, as far as its feet can feel."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable

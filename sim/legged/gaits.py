@@ -27,7 +27,7 @@ class Gait:
 
     name: GaitName
     period_s: float
-    """Of one stride; above 0."""
+    """Duration of one stride; above 0."""
     duty: float
     """Share of the stride that a foot is on the ground, 0-1."""
     offsets: tuple[float, float, float, float]

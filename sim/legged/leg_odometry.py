@@ -33,7 +33,7 @@ def leg_odometry(
         joint_radps: Measured rates.
         force_n: How hard the feet press.
         rates_radps: Measured turn rates, body's axes, bias included.
-        quaternion: Of the body (x, y, z, w); only roll and pitch are used, which gravity tells.
+        quaternion: Of the body (x, y, z, w); only roll and pitch are used, which gravity shows.
         step_s: Between two rows.
     """
     count = len(joint_rad)

@@ -1,4 +1,4 @@
-"""The quadruped on a ground: reset it, command it, and watch what becomes of it."""
+"""The quadruped on a ground: reset it, command it, and look at what becomes of it."""
 
 import math
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ _STEPS = round(CONTROL_S / STEP_S)
 _STAND_X_M, _STAND_M = -0.03, 0.47
 """Feet behind and below the hips: below the centre of mass, which the bent knees draw back."""
 _HELD_S, _HELD_SHARE = 1.0, 0.5
-"""A robot that makes less than this share of its way is held; time over which that is watched."""
+"""A robot that makes less than this share of its way is held; time over which that is measured."""
 _LIMP_NMS = 2.0
 """Damping of the joints once it has fallen and its motors are off."""
 
@@ -48,11 +48,11 @@ class LeggedState:
     time_s: float
     """Since the reset."""
     position_m: tuple[float, float, float]
-    """Of the body's middle."""
+    """Position of the body's middle."""
     quaternion: tuple[float, float, float, float]
-    """Of the body: x, y, z, w."""
+    """Attitude of the body: x, y, z, w."""
     velocity_mps: tuple[float, float, float]
-    """Of the body's middle, in the world's axes."""
+    """Velocity of the body's middle, in the world's axes."""
     rates_radps: tuple[float, float, float]
     """In the body's axes."""
     foot_force_n: tuple[float, float, float, float]
@@ -259,11 +259,11 @@ class LeggedRobot:
             data.ctrl[:] = 0.0
             model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = 0.0, -_LIMP_NMS
             return
-        told = self._controller.update(data, self._force_n, speed_mps, turn_radps)
+        joints = self._controller.update(data, self._force_n, speed_mps, turn_radps)
         limit = torque_limit(data.qpos[7:19])
         model.jnt_actfrcrange[1:, 0], model.jnt_actfrcrange[1:, 1] = -limit, limit
-        data.ctrl[:] = told.torque_nm + told.kp * told.position_rad + told.kd * told.velocity_radps
-        model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = -told.kp, -told.kd
+        data.ctrl[:] = joints.torque_nm + joints.kp * joints.position_rad + joints.kd * joints.velocity_radps
+        model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = -joints.kp, -joints.kd
 
     def _touched(self) -> int:
         """Return the number of the first obstacle in contact, -1 for none."""

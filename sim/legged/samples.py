@@ -21,17 +21,17 @@ class Samples:
     """The reset's state and one entry a physics step (`body.STEP_S`) from there on. World frame, SI units."""
 
     position_m: Float64[Array, "n 3"]
-    """Of the body's middle."""
+    """Positions of the body's middle."""
     quaternion: Float64[Array, "n 4"]
-    """Of the body: x, y, z, w."""
+    """Attitudes of the body: x, y, z, w."""
     velocity_mps: Float64[Array, "n 3"]
-    """Of the body's middle, world axes."""
+    """Velocities of the body's middle, world axes."""
     rates_radps: Float64[Array, "n 3"]
     """Body's axes."""
     joint_rad: Float64[Array, "n 12"]
     joint_radps: Float64[Array, "n 12"]
     torque_nm: Float64[Array, "n 12"]
-    """Of the motors, at the joints."""
+    """Torques of the motors, at the joints."""
     specific_force_mps2: Float64[Array, "n 3"]
     """At the IMU, body's axes: at rest it points up."""
     foot_force_n: Float64[Array, "n 4"]

@@ -11,7 +11,7 @@ from navtool.pipeline.arrays import Array
 LEAST_N, MOST_N = 8.0, 450.0
 """Bounds of what a standing foot presses with."""
 _WEIGHTS = np.array([1.0, 1.0, 1.5, 14.0, 14.0, 8.0])
-"""Of an error in each component of the wrench: newtons along x, y, z and newton metres about the body's axes."""
+"""Price of an error in each component of the wrench: newtons along x, y, z and newton metres about the body's axes."""
 _EFFORT = 0.15
 """Price of a newton metre at a joint, against newtons of the wrench."""
 _FORCE_EFFORT = np.diag([1e-3, 1e-3, 2e-4])
@@ -32,7 +32,7 @@ def ground_forces(
     """Return the force in N, in world axes, that the ground shall exert on each foot: x, y, z by leg.
 
     The weighted least squares solution for the wrench with a price on the torque that each force costs the leg's
-    joints, the higher the less a foot is trusted: it takes up its load, and hands it on before it is lifted, without
+    joints, the higher the less a foot is trusted: it takes up its load, and passes it on before it is lifted, without
     a jerk, and a foot that stands far from its hip carries less. A foot that would have to pull gets the least
     pressure instead and the others share the rest; at last each force is drawn into its friction cone. Feet that are
     not trusted at all get none.

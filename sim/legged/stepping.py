@@ -16,7 +16,7 @@ _ROUGH = 0.85
 _CAUTION_M, _CAUTION_S = 0.04, 6.0
 """After such a step feet are lifted by up to this much more, which fades with this time constant."""
 _HAND_ON_S = 0.04
-"""How long a foot takes to take up its load and to hand it on."""
+"""How long a foot takes to take up its load and to pass it on."""
 _LEAST_TRUST = 1e-3
 
 

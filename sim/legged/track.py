@@ -24,7 +24,7 @@ class LeggedTrack:
 
     @property
     def time_s(self) -> Float64[Array, " n"]:
-        """Of each sample of the truth, since the reset."""
+        """Time of each step of the truth, since the reset."""
         return STEP_S * np.arange(len(self.truth.fallen))
 
 

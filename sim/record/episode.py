@@ -41,7 +41,7 @@ class Plan:
     start_ns: int
     """Stamp of its first moment; no two episodes of a run overlap."""
     path: str
-    """Of its recording, in the output folder."""
+    """Path of its recording, in the output folder."""
 
 
 def plan_episode(config: SimulationConfig, seed: int, number: int) -> Plan:
@@ -71,7 +71,7 @@ class Episode:
     duration_s: float
     failures: list[Failure]
     failed_share: float
-    """Of the duration, 0-1."""
+    """Failed share of the duration, 0-1."""
     pictures: int
     """How many pictures are recorded."""
     sha256: str
@@ -79,7 +79,7 @@ class Episode:
     code: str
     """Version of the code that made it."""
     peak_rss_mib: float = 0.0
-    """Of the process that made it; 0 where another run did."""
+    """Largest memory of the process that made it; 0 where another run did."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +136,7 @@ def make_episode(config: SimulationConfig, plan: Plan, root: Path, staging: Path
         plan: Which one.
         root: Folder of all recordings.
         staging: Folder on the same disk for what is not finished.
-        meter: Is told how much of the drive has been recorded.
+        meter: Counts how much of the drive has been recorded.
 
     Raises:
         SimError: The recording cannot be written.
@@ -149,9 +149,9 @@ def make_episode(config: SimulationConfig, plan: Plan, root: Path, staging: Path
     reached(0)
     take, counts = take_of(config, plan, stage, drive), Counter[str]()
     factory = MessageFactory(ros1=config.format is BagFormat.ros1)
-    told = _watched(entries(take, factory), plan.start_ns, counts, reached)
+    counted = _counted(entries(take, factory), plan.start_ns, counts, reached)
     unfinished = staging / f"episode-{plan.number}"
-    sha256, size = write_bag(root / plan.path, config.format, factory.store, take.topics(), told, unfinished)
+    sha256, size = write_bag(root / plan.path, config.format, factory.store, take.topics(), counted, unfinished)
     return Episode(
         plan=plan,
         duration_s=drive.duration_s,
@@ -165,11 +165,11 @@ def make_episode(config: SimulationConfig, plan: Plan, root: Path, staging: Path
     )
 
 
-def _watched(
-    told: Iterable[Entry], start_ns: int, counts: Counter[str], reached: Callable[[int], None]
+def _counted(
+    recorded: Iterable[Entry], start_ns: int, counts: Counter[str], reached: Callable[[int], None]
 ) -> Iterator[Entry]:
     """The same entries, counted; with each picture and cloud the recording has advanced."""
-    for entry in told:
+    for entry in recorded:
         counts[entry.topic] += 1
         if entry.topic in {_PICTURES, _CLOUDS}:
             reached(entry.record_ns - start_ns)

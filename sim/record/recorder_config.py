@@ -22,7 +22,7 @@ class CameraSetup:
     distortion: list[float] = field(default_factory=lambda: [-0.28, 0.07, 0.0005, -0.0003, 0.0])
     """k1, k2, p1, p2, k3 of the lens (plumb_bob); empty for none."""
     jpeg_quality: int = 88
-    """Of the recorded pictures, 1-100."""
+    """Quality of the recorded pictures, 1-100."""
     sensor: CameraConfig = field(default_factory=CameraConfig)
     """Shutter, noise and dirt."""
 

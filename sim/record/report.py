@@ -21,7 +21,7 @@ class SimulationReport:
     """Those that could not be driven, with the reason."""
     notes: list[str] = field(default_factory=list)
     seconds: float = 0.0
-    """Of the clock on the wall, for all of it."""
+    """Time by the clock on the wall, for all of it."""
 
     @property
     def minutes(self) -> float:
@@ -42,7 +42,7 @@ class SimulationReport:
 
     @property
     def size_bytes(self) -> int:
-        """Of the new recordings."""
+        """Size of the new recordings."""
         return sum(episode.size_bytes for episode in self.episodes)
 
     @property
@@ -52,7 +52,7 @@ class SimulationReport:
 
     @property
     def peak_rss_mib(self) -> float:
-        """Of the process that used most memory."""
+        """Memory of the process that used most."""
         return max((episode.peak_rss_mib for episode in self.episodes), default=0.0)
 
     def to_json(self) -> dict[str, Any]:

@@ -47,15 +47,15 @@ def simulate(
         cure = f"ask for 1-{EPISODES_MOST} episodes, a seed of 0-{SEED_MOST} and 1 worker or more"
         raise SimError(what, cure=cure)
     started = time.monotonic()
-    told = progress if progress is not None else Silent()
+    shown = progress if progress is not None else Silent()
     report = SimulationReport(str(out))
     with open_recordings(out, config, seed) as recordings:
         missing = deque(number for number in range(episodes) if number not in recordings.episodes)
         report.skipped = [number for number in range(episodes) if number in recordings.episodes]
         report.notes = _notes(recordings)
-        told.begin(len(missing), len(missing) * _work_of(config))
-        with make_workers(min(workers, max(len(missing), 1)), told.advance) as pool:
-            _work(config, seed, missing, pool, min(workers, EPISODES_MOST), recordings, report, told)
+        shown.begin(len(missing), len(missing) * _work_of(config))
+        with make_workers(min(workers, max(len(missing), 1)), shown.advance) as pool:
+            _work(config, seed, missing, pool, min(workers, EPISODES_MOST), recordings, report, shown)
     report.episodes.sort(key=lambda episode: episode.plan.number)
     report.not_made.sort(key=lambda episode: episode.plan.number)
     report.seconds = time.monotonic() - started
@@ -94,7 +94,7 @@ def _work(
 
 
 def _work_of(config: SimulationConfig) -> int:
-    """Of an episode: the microseconds of its drive."""
+    """Work of an episode: the microseconds of its drive."""
     return round(config.drive.duration_s * 1e6)
 
 

@@ -100,7 +100,7 @@ class Take:
     truth_images: bool = False
     """Whether to record the surface and the depth of each pixel."""
     seed: int = 0
-    """Of all sensor noise, jitter and drops."""
+    """Seed of all sensor noise, jitter and drops."""
     start_ns: int = START_NS
     """Stamp of the drive's first moment."""
 

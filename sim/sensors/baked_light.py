@@ -13,9 +13,9 @@ from navtool.sim.world.ray_scene import RayScene
 from navtool.sim.world.surfaces import surface_values
 
 _TEXEL_M = 0.08
-"""Of the ground's map of sunlight."""
+"""Texel of the ground's map of sunlight."""
 _COARSE_M = 0.5
-"""Of its map of skylight."""
+"""Texel of its map of skylight."""
 _LIFT_M = np.float32(0.003)
 _SKY_RAYS = 5
 _ROW = 512

@@ -21,7 +21,7 @@ PoseAt = Callable[[Float[Array, " k"]], Float[Array, "k 4 4"]]
 _NEAR_M = 7.0
 """Leaves and blades nearer than this show as single ones."""
 _DIRT_COLOUR = np.array([0.5, 0.42, 0.33], np.float32)
-"""Of dried mud on the lens, relative to the picture's mean."""
+"""Colour of dried mud on the lens, relative to the picture's mean."""
 
 _OFFSETS_PX = np.array(
     [

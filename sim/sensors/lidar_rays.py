@@ -33,7 +33,7 @@ class BeamRays(NamedTuple):
     strength: Float32[Array, "*rays"]
     surface: UInt8[Array, "*rays"]
     behind_m: Float32[Array, "*rays"]
-    """Of what lies behind glass; this and what follows is empty where no ray of the turn went through glass."""
+    """Range of what lies behind glass; this and what follows is empty where no ray of the turn went through glass."""
     behind_strength: Float32[Array, "*rays"]
     behind_surface: UInt8[Array, "*rays"]
     glass: Bool[Array, "*rays"]

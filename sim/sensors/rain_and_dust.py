@@ -12,7 +12,7 @@ _DROPS_PER_M3 = 250.0
 _DROP_M2 = 1.8e-6
 """Cross-section of a drop of 1.5 mm."""
 _DROP_REFLECTIVITY = 0.3
-"""Of a drop for a sensor at the light source: chosen; drops are weak lenses, brighter than their mirrored 2 %."""
+"""Reflectivity of a drop, seen from the light source: chosen; drops are lenses, brighter than their mirrored 2 %."""
 _DUST_LIDAR_RATIO_SR = 40.0
 """Extinction over backscatter of mineral dust, a typical figure of aerosol LiDAR."""
 _DUST_NEAR_M = 1.5

@@ -18,7 +18,7 @@ _ROWS, _COLUMNS = 540, 2400
 _LOWEST_RAD = -0.05
 """Elevation at which the painting begins; below lies ground wherever a camera looks."""
 _SUN_COSINE = 0.99998
-"""Of the angle within which the sun's disc lies: 0.36 degrees, a little larger than the real one."""
+"""Cosine of the angle within which the sun's disc lies: 0.36 degrees, a little larger than the real one."""
 
 
 class Sky:

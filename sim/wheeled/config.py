@@ -8,7 +8,7 @@ STEP_S = 0.01
 """Between two steps of the motion."""
 GRAVITY_MPS2 = 9.81
 BASE_HEIGHT_M = 0.165
-"""Of base_link, which lies in the middle between the four wheels' hubs, above the ground: the wheels' radius."""
+"""Height of base_link, which lies in the middle between the four wheels' hubs, above the ground: the wheels' radius."""
 WHEELS = ("front_left_wheel", "front_right_wheel", "rear_left_wheel", "rear_right_wheel")
 """The joints, in the order of all arrays."""
 
@@ -24,9 +24,9 @@ class WheeledConfig:
     """
 
     half_length_m: float = 0.495
-    """Of the footprint, bumpers included."""
+    """Half the length of the footprint, bumpers included."""
     half_width_m: float = 0.335
-    """Of the footprint, wheels included."""
+    """Half the width of the footprint, wheels included."""
     wheel_base_m: float = 0.512
     """Between front and rear hubs."""
     track_m: float = 0.571
@@ -48,7 +48,7 @@ class WheeledConfig:
     """The most with which the two wheels of a side push. Chosen: the drives stall before the tyres slip on firm ground,
     and a slope of 29 degrees is the steepest that it climbs."""
     efficiency: float = 0.75
-    """Of motor and gear, without the windings. Chosen."""
+    """Efficiency of motor and gear, without the windings. Chosen."""
     winding_loss_w_per_n2: float = 0.012
     """Heat in a side's windings for the square of its force. Chosen: a stalled side draws 190 W, and a turn on the spot
     on concrete takes about the drives' continuous 400 W."""
@@ -62,7 +62,7 @@ class WheeledConfig:
     slip_stiffness: float = 20.0
     """Force over load and relative slip of a tyre that grips. Chosen: 5 % slip at a force as large as the load."""
     bounce_hz: float = 6.0
-    """Of the body on its tyres. Chosen."""
+    """Natural frequency of the body on its tyres. Chosen."""
     bounce_damping: float = 0.25
     """Share of the critical one. Chosen."""
     fall_tilt_rad: float = 0.87

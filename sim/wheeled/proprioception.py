@@ -44,7 +44,7 @@ class SensorConfig:
     track_scale: float = 0.02
     """Relative error of the track's multiplier."""
     wheel_noise_mps: float = 0.004
-    """Of a wheel's measured speed."""
+    """Noise of a wheel's measured speed."""
     effort_scale: float = 0.03
     """Relative error of a side's torque."""
     effort_noise_nm: float = 0.1
@@ -118,7 +118,7 @@ def _imu(samples: Samples, config: SensorConfig, rng: np.random.Generator) -> Fl
 
 
 def _measured_wheels(samples: Samples, config: SensorConfig, rng: np.random.Generator) -> Float64[Array, "n 2"]:
-    """Speed of the left and the right rims as the encoders tell it; a wheel at rest is told to be at rest."""
+    """Speed of the left and the right rims as the encoders measure it; a wheel at rest reads exactly 0."""
     noise = config.wheel_noise_mps * rng.standard_normal(samples.wheel_mps.shape)
     return np.asarray(samples.wheel_mps + noise * np.minimum(np.abs(samples.wheel_mps) / 0.1, 1.0))
 

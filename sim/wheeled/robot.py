@@ -25,7 +25,7 @@ _SIDEWAYS = 3.0
 """Tyres creep sideways under a steady push: a contact moves the robot sideways this many times as easily as it would
 were it free, but only while it pushes. Chosen: without it a robot beside a wall could never turn away from it."""
 _LEVEL_M = 0.1
-"""Of the centre of mass above the bumpers: a blow makes the robot nod."""
+"""Height of the centre of mass above the bumpers: a blow makes the robot nod."""
 _NOD_M2 = 0.05
 """Inertia about the axles over mass."""
 

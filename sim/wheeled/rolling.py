@@ -49,7 +49,7 @@ class Rolling:
         """Stand still."""
         self.speed_mps = self.turn_radps = 0.0
         self.wheel_mps = [0.0, 0.0]
-        """Of the left and the right wheels' rims."""
+        """Speeds of the left and the right wheels' rims."""
         self.force_n = [0.0, 0.0]
         """With which the left and the right drive push."""
         self.power_w = self._config.idle_w

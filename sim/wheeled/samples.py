@@ -110,16 +110,16 @@ class Samples:
         return self.rows[:, 25]
 
     def quaternion(self) -> Float64[Array, "n 4"]:
-        """Of base_link: x, y, z, w."""
+        """Attitudes of base_link: x, y, z, w."""
         return quaternion_from_rpy(self.rpy_rad)
 
     def position_m(self) -> Float64[Array, "n 3"]:
-        """Of base_link, which stands upright on the wheels' plane."""
+        """Positions of base_link, which stands upright on the wheels' plane."""
         pose = transform_from_xyz_quaternion(self.ground_m, self.quaternion())
         return np.asarray(self.ground_m + BASE_HEIGHT_M * pose[:, :3, 2])
 
     def rates_radps(self) -> Float64[Array, "n 3"]:
-        """Of the body about its own axes."""
+        """Turning rates of the body about its own axes."""
         roll, pitch, _ = self.rpy_rad.T
         _, rolling, pitching = self.bounce.T
         turn = self.turn_radps
@@ -133,7 +133,7 @@ class Samples:
         )
 
     def velocity_mps(self) -> Float64[Array, "n 3"]:
-        """Of base_link, world axes."""
+        """Velocities of base_link, world axes."""
         yaw = self.rpy_rad[:, 2]
         rotation = transform_from_xyz_quaternion(self.ground_m, self.quaternion())[:, :3, :3]
         up = np.array([0.0, 0.0, BASE_HEIGHT_M])
@@ -143,6 +143,6 @@ class Samples:
         return np.asarray(level + lever)
 
     def body_velocity_mps(self) -> Float64[Array, "n 3"]:
-        """Of base_link, in the body's axes."""
+        """Velocities of base_link, in the body's axes."""
         rotation = transform_from_xyz_quaternion(self.ground_m, self.quaternion())[:, :3, :3]
         return np.asarray(np.einsum("nji,nj->ni", rotation, self.velocity_mps()))

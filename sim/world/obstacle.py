@@ -25,7 +25,7 @@ class Obstacle:
     """Half the width of a rectangle; None for a circle."""
     yaw_rad: float = 0.0
     height_m: float
-    """Of its top above the ground."""
+    """Height of its top above the ground."""
 
     @property
     def pliable(self) -> bool:

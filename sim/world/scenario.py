@@ -51,13 +51,13 @@ class RegionConfig:
     shape: RegionShape = RegionShape.patches
     """How it lies."""
     share: float = 0.2
-    """Of ``patches``: share of the ground, in (0, 1)."""
+    """Share of the ground that ``patches`` cover, in (0, 1)."""
     size_m: float = 6.0
-    """Of ``patches``: typical size; of ``path``: width. In metres, in [0.5, 30]."""
+    """Typical size of ``patches``, width of a ``path``. In metres, in [0.5, 30]."""
     from_m: float = 0.0
-    """Of ``band``: where it begins along x in metres; the start is at negative x, the goal at positive x."""
+    """Where a ``band`` begins along x in metres; the start is at negative x, the goal at positive x."""
     to_m: float = 100.0
-    """Of ``band``: where it ends along x in metres."""
+    """Where a ``band`` ends along x in metres."""
 
     def __post_init__(self) -> None:
         if self.surface not in _GROUND_NAMES:
@@ -101,7 +101,7 @@ class RoomConfig:
     width_m: float = 8.0
     """Across it, 3 to 40 m."""
     height_m: float = 2.8
-    """Of the ceiling, 2 to 6 m."""
+    """Height of the ceiling, 2 to 6 m."""
     partition: Partition = Partition.none
     """What divides it in the middle."""
     passage_m: float = 1.1

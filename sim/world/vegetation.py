@@ -8,7 +8,7 @@ from navtool.sim.world.primitives import tube
 from navtool.sim.world.surfaces import surface_number
 
 BUSH_LEAVES_PER_M3 = 1300.0
-"""Of 0.0021 square metres each: 2.7 square metres of leaf a cubic metre, most of it near the outline."""
+"""Leaves of 0.0021 square metres each: 2.7 square metres of leaf a cubic metre, most of it near the outline."""
 BLADES_PER_M2 = 115.0
 """Blades of 5 mm in random directions: a beam passes 2.7 m of them on average before it meets one."""
 BLADE_M = 0.005

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 START_NS = 1_700_000_000_000_000_000
 HEIGHT_M = 0.8
-"""Of the sensor above the ground: 0.6 above base_link, which is at 0.2."""
+"""Height of the sensor above the ground: 0.6 above base_link, which is at 0.2."""
 SWEEP_S = 0.1
 _TYPES = (("x", 7), ("y", 7), ("z", 7), ("intensity", 7), ("time", 7))
 

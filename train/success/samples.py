@@ -96,7 +96,7 @@ class SampleDataset(Samples[Sample]):
     def unseen_share(self, most: int = 200) -> float:
         """Share of the samples of a moving robot whose trajectory lies outside the picture, 0-1; 0 where none moves.
 
-        The network tells candidate trajectories by these images alone: where they are empty it cannot.
+        The network knows candidate trajectories by these images alone: where they are empty it cannot.
 
         Args:
             most: How many samples are looked at, evenly chosen.

@@ -61,7 +61,7 @@ class WindowReport(SampleReport):
     """
 
     masked_steps: dict[str, int]
-    """Steps of the samples that carry no label, by reason: episode_end, state_gap, unknown (NOTES G11)."""
+    """Steps of the samples that carry no label, by reason: episode_end, state_gap, unknown (docs/papers.md, E_t)."""
     positives: int
     """Samples whose known steps are all 1."""
     negatives: int

@@ -26,7 +26,7 @@ def test_dry_run_writes_nothing(write_recording: Write, drive_entries: Drive, tm
 
 
 def test_a_dry_run_foretells_what_an_ingest_does(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
-    """Of each recording, against an existing data set: kept, moved elsewhere, rebuilt, refused, added, added twice."""
+    """Recordings against an existing data set: kept, moved elsewhere, rebuilt, refused, added, added twice."""
     sound, other = write_recording("mcap", drive_entries()), write_recording("mcap", drive_entries(seed=1), "grown")
     out, robot = tmp_path / "out", RobotConfig()
     ingested([sound, other], out)

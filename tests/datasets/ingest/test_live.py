@@ -24,7 +24,7 @@ Write = Callable[..., Path]
 Drive = Callable[..., Any]
 CONTAINERS = ("ros1", "ros1_lz4", "db3", "mcap_small_chunks")
 SHARES = (0.0, 0.04, 0.2, 0.6, 0.8)
-"""Of the work, of which planning is the first eighth."""
+"""Shares of the work, of which planning is the first eighth."""
 
 
 class Meddler(Silent):

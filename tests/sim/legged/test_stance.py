@@ -14,7 +14,7 @@ WEIGHT = MASS_KG * 9.81
 
 @pytest.fixture(scope="module")
 def jacobian() -> Array:
-    """Of a standing robot's feet."""
+    """The Jacobian of a standing robot's feet."""
     model = build()
     data = mujoco.MjData(model)
     data.qpos[7:] = np.tile([0.0, 0.78, -1.5], 4)

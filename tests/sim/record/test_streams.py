@@ -72,7 +72,7 @@ def stamp_ns(message: Any) -> int:
 
 
 def matrix(pose: Any) -> Array:
-    """Of a Pose or a Transform."""
+    """The matrix of a Pose or a Transform."""
     xyz = getattr(pose, "position", None) or pose.translation
     q = getattr(pose, "orientation", None) or pose.rotation
     return transform_from_xyz_quaternion(np.array([xyz.x, xyz.y, xyz.z]), np.array([q.x, q.y, q.z, q.w]))
