@@ -1,4 +1,4 @@
-"""Typed configuration out of plain mappings, such as a parsed YAML or JSON file: the inverse of ``lineage.plain``."""
+"""Typed configuration out of plain mappings, such as a parsed YAML or JSON file: the inverse of ``plain``."""
 
 import dataclasses
 import difflib

@@ -1,21 +1,16 @@
 """Hashes that tie an output to what it was made from: input bytes, configuration, code."""
 
-import dataclasses
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
-from enum import Enum
+from collections.abc import Callable
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-import numpy as np
-
 from navtool.base.errors import DatasetsError
+from navtool.base.plain import plain
 
 _PACKAGES = ("base", "cli", "configs", "datasets", "export", "methods", "pipeline", "sim", "train")
-
-
 _PIECE_BYTES = 1 << 22
 
 
@@ -39,25 +34,6 @@ def file_sha256(path: Path, advance: Callable[[int], None] | None = None) -> str
             f"cannot be read ({error.strerror})", where=path, cure="check the path and its permissions"
         ) from error
     return digest.hexdigest()
-
-
-def plain(value: object) -> object:
-    """The value as what JSON knows: dataclasses become objects, enums their names, arrays lists, paths text."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    if isinstance(value, Enum):
-        return value.name
-    if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, Path):
-        return value.as_posix()
-    if isinstance(value, Sequence) and not isinstance(value, str | bytes):
-        return [plain(entry) for entry in value]
-    return value
 
 
 def config_hash(config: object) -> str:

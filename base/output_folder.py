@@ -15,7 +15,7 @@ from navtool.base.errors import DatasetsError, OutputError
 from navtool.base.file_lock import take_lock
 from navtool.base.files import read_json, write_json
 from navtool.base.from_plain import from_plain
-from navtool.base.report import fields_of
+from navtool.base.plain import Dataclass, plain_fields
 
 LINEAGE = "lineage.json"
 """Usual name of the file that says what an output was made from, and what was reported of it."""
@@ -74,7 +74,7 @@ class OutputFolder:
             more = f" and {len(differ) - _SHOWN} more" if len(differ) > _SHOWN else ""
             raise DatasetsError(f"what is here was made with another {named}{more}", where=self.root, cure=_OTHER)
 
-    def finished[T](self, report: type[T]) -> T | None:
+    def finished[T: Dataclass](self, report: type[T]) -> T | None:
         """What was reported of the finished output that lies here; None where there is none.
 
         Args:
@@ -91,7 +91,7 @@ class OutputFolder:
         self.refuse_differing(made if isinstance(made, dict) else {})
         told = found.get("report")
         told = {**told, "out": self.root.as_posix()} if isinstance(told, dict) else {}
-        names = {entry.name for entry in fields(report)}  # type: ignore[arg-type]
+        names = {entry.name for entry in fields(report)}
         return from_plain(report, {key: value for key, value in told.items() if key in names}, where=file)
 
     @contextmanager
@@ -143,7 +143,7 @@ class OutputFolder:
                 if created and in_vain():
                     shutil.rmtree(self.root)
 
-    def write_record(self, staging: Path, about: object, report: object) -> None:
+    def write_record(self, staging: Path, about: object, report: Dataclass) -> None:
         """Write what the output was made from; the last file of a staged output.
 
         Args:
@@ -154,7 +154,7 @@ class OutputFolder:
         Raises:
             OutputError: It cannot be written.
         """
-        reported = {key: value for key, value in fields_of(report).items() if key not in _OF_THE_MOMENT}
+        reported = {key: value for key, value in plain_fields(report).items() if key not in _OF_THE_MOMENT}
         content = {"kind": self.kind, "made_from": dict(self.identity), "input": about, "report": reported}
         write_json(staging / self.record, content)
 

@@ -185,7 +185,7 @@ def print_config(config: object, part: str) -> None:
     """
     import yaml
 
-    from navtool.base.lineage import plain
+    from navtool.base.plain import plain
     from navtool.cli.console import console
 
     if part != "job":

@@ -28,7 +28,7 @@ def job_with_robot[T](config: str, robot: str | None, overrides: Sequence[str], 
     """
     import yaml
 
-    from navtool.base.lineage import plain
+    from navtool.base.plain import plain
     from navtool.cli.compose import UsageError, compose, quoted, wrong_call
     from navtool.datasets.robot.config import load_robot_file
 

@@ -1,10 +1,11 @@
 """Settings that a command wrote for another one, as overrides."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import yaml
 
+from navtool.base.plain import flatten
 from navtool.cli.compose import UsageError, quoted
 
 
@@ -25,17 +26,14 @@ def settings_overrides(path: Path | None) -> list[str]:
         raise UsageError("is not YAML", where=path, cure=cure) from error
     if not isinstance(content, Mapping) or not content:
         raise UsageError("holds no settings", where=path, cure=cure)
-    return list(_flat(content, "", path))
+    return [f"{key}={_right_hand_side(key, value, path)}" for key, value in flatten(content).items()]
 
 
-def _flat(content: Mapping[object, object], above: str, path: Path) -> Iterator[str]:
-    for key, value in content.items():
-        name = f"{above}{key}"
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{name}.", path)
-        elif isinstance(value, bool | int | float):
-            yield f"{name}={str(value).lower() if isinstance(value, bool) else value}"
-        elif isinstance(value, str):
-            yield f"{name}={quoted(value)}"
-        else:
-            raise UsageError(f"{name} is {repr(value)[:60]}, wanted a number or a text", where=path, cure="correct it")
+def _right_hand_side(key: str, value: object, path: Path) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return str(value)
+    if isinstance(value, str):
+        return quoted(value)
+    raise UsageError(f"{key} is {repr(value)[:60]}, wanted a number or a text", where=path, cure="correct it")

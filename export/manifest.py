@@ -9,7 +9,7 @@ from typing import Any
 
 from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import from_plain
-from navtool.base.lineage import plain
+from navtool.base.plain import plain_fields
 from navtool.export.errors import ExportError
 from navtool.train.contract import TensorSpec
 
@@ -65,8 +65,7 @@ class Manifest:
 
     def to_json(self) -> dict[str, Any]:
         """The manifest as JSON, with a digest of all its other fields."""
-        content = plain(self)
-        body = {"schema_version": MANIFEST_SCHEMA} | (content if isinstance(content, dict) else {})
+        body = {"schema_version": MANIFEST_SCHEMA} | plain_fields(self)
         return body | {"digest": digest(body)}
 
 

@@ -1,15 +1,13 @@
 """From a training run to an artefact folder."""
 
-import shutil
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import torch
 
 from navtool.base.files import write_json
-from navtool.base.lineage import code_version, file_sha256, plain
+from navtool.base.lineage import code_version, file_sha256
+from navtool.base.output_folder import OutputFolder
+from navtool.base.plain import plain_fields
 from navtool.export.artefact import MODEL
 from navtool.export.errors import ExportError
 from navtool.export.golden import GOLDEN, TOLERANCE, golden_bytes, golden_inputs
@@ -17,7 +15,6 @@ from navtool.export.manifest import MANIFEST, FileEntry, Manifest
 from navtool.export.outputs import largest_gap, outputs_of
 from navtool.export.scripted import save_scripted, script
 from navtool.train.checkpoint import load_run
-from navtool.train.config import TrainConfig
 from navtool.train.models import kind_of, name_of
 from navtool.train.run_folder import RunFolder
 
@@ -39,7 +36,9 @@ def export_run(run: Path, out: Path, *, overwrite: bool = False, checkpoint: str
 
     Raises:
         TrainError: The run cannot be loaded.
-        ExportError: The folder is in use, or the compiled network gives other results.
+        DatasetsError: The folder holds something else, or another process writes to it.
+        OutputError: The folder cannot be written.
+        ExportError: There is an artefact already, or the compiled network gives other results.
     """
     check_target(out, overwrite=overwrite)
     folder = RunFolder(run)
@@ -59,7 +58,7 @@ def export_run(run: Path, out: Path, *, overwrite: bool = False, checkpoint: str
             cure="report it with the versions of torch and navtool",
         )
     outputs = {spec.name: tensor for spec, tensor in zip(contract.outputs, expected, strict=True)}
-    with _staged(out) as staged:
+    with _folder(out).staged(replace=overwrite) as staged:
         save_scripted(scripted, staged / MODEL)
         (staged / GOLDEN).write_bytes(golden_bytes(golden.tensors, outputs))
         lineage = {key: value for key, value in loaded.lineage.items() if key != "dataset_path"}
@@ -71,7 +70,7 @@ def export_run(run: Path, out: Path, *, overwrite: bool = False, checkpoint: str
             methods=contract.methods,
             golden_source=golden.source,
             golden_tolerance=TOLERANCE,
-            config=_plain_config(loaded.config),
+            config=plain_fields(loaded.config),
             lineage=lineage | {"checkpoint": {"name": checkpoint, "sha256": file_sha256(weights)}},
             metrics=folder.read_metrics(),
             files={name: _entry(staged / name) for name in (MODEL, GOLDEN)},
@@ -84,55 +83,17 @@ def check_target(out: Path, *, overwrite: bool) -> None:
     """Do nothing where an artefact may be written.
 
     Raises:
-        ExportError: There is something else, or an artefact that is not to be replaced.
+        DatasetsError: There is something else.
+        ExportError: There is an artefact that is not to be replaced.
     """
-    if not out.exists() or (out.is_dir() and not any(out.iterdir())):
-        return
-    if not out.is_dir():
-        raise ExportError("is a file", where=out, cure="name a folder")
-    if not (out / MANIFEST).is_file():
-        raise ExportError("holds other files", where=out, cure="choose a new folder")
-    if not overwrite:
+    _folder(out).refuse_other()
+    if (out / MANIFEST).is_file() and not overwrite:
         raise ExportError("holds an artefact already", where=out, cure="choose a new folder, or pass --overwrite")
 
 
-@contextmanager
-def _staged(out: Path) -> Iterator[Path]:
-    """A folder beside ``out`` that takes its place when all went well, and is gone when not."""
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        staged = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
-    except OSError as error:
-        raise ExportError(f"cannot be written ({error.strerror})", where=out.parent, cure="check the path") from error
-    try:
-        yield staged
-        staged.chmod(0o755)
-        _replace(staged, out)
-    except OSError as error:
-        raise ExportError(f"cannot be written ({error.strerror})", where=out, cure="check space and rights") from error
-    finally:
-        shutil.rmtree(staged, ignore_errors=True)
-
-
-def _replace(staged: Path, out: Path) -> None:
-    """Put the new folder in place of the old one, which is kept aside until the new one stands."""
-    if not out.exists():
-        staged.replace(out)
-        return
-    aside = staged.with_name(f"{staged.name}.old")
-    out.replace(aside)
-    try:
-        staged.replace(out)
-    except OSError:
-        aside.replace(out)
-        raise
-    shutil.rmtree(aside)
+def _folder(out: Path) -> OutputFolder:
+    return OutputFolder(out, record=MANIFEST)
 
 
 def _entry(path: Path) -> FileEntry:
     return FileEntry(sha256=file_sha256(path), size=path.stat().st_size)
-
-
-def _plain_config(config: TrainConfig) -> dict[str, object]:
-    content = plain(config)
-    return dict(content) if isinstance(content, dict) else {}

@@ -9,8 +9,8 @@ from typing import Any
 import safetensors.torch
 import torch
 
-from navtool.base.lineage import plain
 from navtool.base.navtool_error import NavtoolError
+from navtool.base.plain import plain_fields
 from navtool.export import model_checks
 from navtool.export.artefact import MODEL, check_files, kind_fault
 from navtool.export.golden import GOLDEN
@@ -57,9 +57,7 @@ class VerifyReport:
 
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
-        content = plain(self)
-        body = content if isinstance(content, dict) else {}
-        return {"schema_version": VERIFY_SCHEMA, "passed": self.passed} | body
+        return {"schema_version": VERIFY_SCHEMA, "passed": self.passed} | plain_fields(self)
 
 
 def verify(artefact: Path, latency_runs: int = 20) -> VerifyReport:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import torch
 
 from navtool.base.files import write_json
-from navtool.base.lineage import plain
+from navtool.base.plain import plain
 from navtool.train.checkpoint import load_run
 from navtool.train.config import Device, TrainConfig
 from navtool.train.datamodule import sample_loader

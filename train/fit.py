@@ -10,11 +10,10 @@ import torch
 from lightning.pytorch.callbacks import LearningRateMonitor, RichProgressBar
 from lightning.pytorch.loggers import TensorBoardLogger
 
-from navtool.base.lineage import plain
+from navtool.base.plain import flatten
 from navtool.train.config import Precision, TrainConfig
 from navtool.train.datamodule import RunData
 from navtool.train.errors import TrainError
-from navtool.train.flatten import flatten
 from navtool.train.models import kind_of
 from navtool.train.module import NetworkModule
 from navtool.train.prediction_figure import PredictionFigure
@@ -44,7 +43,7 @@ def fit(
         if config.trainer.channels_last:
             module.to(memory_format=torch.channels_last)
         logger = TensorBoardLogger(folder.path, name=folder.tensorboard.name, version="", default_hp_metric=False)
-        logger.log_hyperparams(flatten(plain(config)))
+        logger.log_hyperparams(flatten(config))
         picture = kind_of(config.model).task.picture
         trainer = pl.Trainer(
             accelerator=device.type,

@@ -1,10 +1,9 @@
 """Whether and where a run may begin, or go on."""
 
-from navtool.base.lineage import plain
+from navtool.base.plain import flatten
 from navtool.train.checkpoint import check_stamp, read_checkpoint
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
-from navtool.train.flatten import flatten
 from navtool.train.run_folder import RunFolder
 
 _MAY_CHANGE = {"trainer.epochs", "trainer.device", "trainer.workers", "trainer.figure_samples", "data.cache_mib"}
@@ -43,7 +42,7 @@ def _visible(folder: RunFolder) -> list[str]:
 
 
 def _check_same_settings(old: TrainConfig, new: TrainConfig) -> None:
-    before, now = flatten(plain(old)), flatten(plain(new))
+    before, now = flatten(old), flatten(new)
     changed = sorted(key for key in before | now if before.get(key) != now.get(key) and key not in _MAY_CHANGE)
     if changed:
         listed = ", ".join(f"{key} ({before.get(key)} before, {now.get(key)} now)" for key in changed)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from navtool.base.files import read_json, write_json
-from navtool.base.lineage import plain
+from navtool.base.plain import plain
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
 from navtool.train.models import name_of, read_config, unknown_model

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from navtool.base.lineage import code_version, config_hash, plain
+from navtool.base.lineage import code_version, config_hash
+from navtool.base.plain import plain
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
 from navtool.train.samples import SampleReport

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool
 
-from navtool.base.lineage import plain
+from navtool.base.plain import plain_fields
 from navtool.datasets.store.reader import Episode, NavDataset
 from navtool.pipeline.arrays import Array
 
@@ -47,7 +47,7 @@ class CheckReport:
 
     def to_json(self) -> dict[str, object]:
         """The report as ``navtool check --json`` prints it."""
-        return {"passed": self.passed, **dict(plain(self).items())}  # type: ignore[attr-defined]
+        return {"passed": self.passed, **plain_fields(self)}
 
 
 type Findings = Iterator[tuple[Severity, str, str]]

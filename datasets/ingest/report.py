@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-from navtool.base.lineage import plain
+from navtool.base.plain import plain
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING
 
 from navtool.base.errors import DatasetsError
-from navtool.base.lineage import config_hash, plain
+from navtool.base.lineage import config_hash
+from navtool.base.plain import flatten
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.store.schema import Contents
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 def settings_hash(robot: RobotConfig, config: IngestConfig) -> str:
     """Hash of what decides an episode's content; the place is only a name."""
-    settings = _flat(plain(config))
+    settings = flatten(config)
     settings.pop("place")
     return config_hash({"robot": robot, "ingest": settings})
 
@@ -27,7 +28,7 @@ def refuse_other_settings(store: "Store", config: IngestConfig) -> None:
     """
     if store.description is None:
         return
-    there, asked = _flat(store.description.ingest), _flat(plain(config))
+    there, asked = flatten(store.description.ingest), flatten(config)
     other = [key for key in asked if key != "place" and there.get(key) != asked[key]]
     if other:
         raise DatasetsError(
@@ -58,10 +59,3 @@ def streams_left_out(fixed: Contents, found: Contents) -> list[str]:
 
 def _streams_of(contents: Contents) -> tuple[str, ...]:
     return tuple(name for name in contents.streams() if name not in ("state", "action"))
-
-
-def _flat(value: object, prefix: str = "") -> dict[str, object]:
-    """Nested settings by their dotted keys."""
-    if not isinstance(value, dict):
-        return {prefix.removesuffix("."): value}
-    return {key: leaf for name, entry in value.items() for key, leaf in _flat(entry, f"{prefix}{name}.").items()}

@@ -12,8 +12,9 @@ from pathlib import Path
 
 from navtool.base.errors import OutputError
 from navtool.base.files import write_bytes, write_json
-from navtool.base.lineage import code_version, file_sha256, plain
+from navtool.base.lineage import code_version, file_sha256
 from navtool.base.meter import Meter
+from navtool.base.plain import plain_fields
 from navtool.base.workers import Stopped
 from navtool.datasets.ingest.config import PARENT, IngestConfig, Merge
 from navtool.datasets.ingest.episode import join_segments, renumber
@@ -187,8 +188,8 @@ def _description(plan: EpisodePlan, robot: RobotConfig, config: IngestConfig) ->
     return Description(
         fps=config.fps,
         contents=plan.contents,
-        robot=plain(robot),  # type: ignore[arg-type]
-        ingest=plain(config),  # type: ignore[arg-type]
+        robot=plain_fields(robot),
+        ingest=plain_fields(config),
         config_hash=settings_hash(robot, config),
     )
 
@@ -237,7 +238,7 @@ def summary_of(
         source=source_name(path),
         rows=int(plan.ticks_ns.size),
         topics=plan.topics.streams(),
-        not_used=[dict(plain(topic)) for topic in plan.topics.not_used],  # type: ignore[call-overload]
+        not_used=[plain_fields(topic) for topic in plan.topics.not_used],
         dropped=plan.dropped if dropped is None else dropped,
         sync=dict(plan.sync_report),
         notes=[*plan.notes, *stream_notes(plan.sync_report)] if notes is None else notes,

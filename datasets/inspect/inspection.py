@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from navtool.base.errors import DatasetsError
-from navtool.base.lineage import plain
+from navtool.base.plain import plain_fields
 from navtool.datasets.recording import Recording, Topic, open_recording
 from navtool.datasets.robot.config import RobotConfig, TopicCandidates
 from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
@@ -57,9 +57,9 @@ class Inspection:
     faults: tuple[str, ...]
     """What is wrong with its files and was skipped or done without; empty for a sound one."""
 
-    def to_json(self) -> object:
+    def to_json(self) -> dict[str, object]:
         """Everything as plain JSON values; every stream is a key of ``topic_map``, null where it has no topic."""
-        return plain(self)
+        return plain_fields(self)
 
 
 def robot_from(base: RobotConfig, inspection: Inspection) -> RobotConfig:

@@ -11,7 +11,8 @@ import numpy as np
 
 from navtool.base.errors import OutputError
 from navtool.base.files import read_json, write_json
-from navtool.base.lineage import code_version, config_hash, file_sha256, plain
+from navtool.base.lineage import code_version, config_hash, file_sha256
+from navtool.base.plain import plain
 from navtool.datasets.labels.config import LabelConfig
 from navtool.datasets.labels.episode import EpisodeLabels, label_episode
 from navtool.datasets.labels.events import Bag, Event, read_events

@@ -1,9 +1,9 @@
 """What labelling did, and what it stands on: printed, and kept in ``navtool/labels.json``."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
-from navtool.base.lineage import plain
+from navtool.base.plain import plain_fields
 from navtool.datasets.labels.rules import RuleResult
 
 
@@ -81,4 +81,4 @@ class LabelReport:
 
     def to_json(self) -> dict[str, object]:
         """The report as ``navtool label --json`` prints it."""
-        return {entry.name: plain(getattr(self, entry.name)) for entry in fields(self)}
+        return plain_fields(self)

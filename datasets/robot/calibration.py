@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from navtool.base.errors import DatasetsError
-from navtool.base.lineage import plain
+from navtool.base.plain import plain
 from navtool.datasets.decode.messages import CameraInfoSample
 from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.robot.recorded_geometry import RecordedGeometry, camera_from_json

@@ -8,7 +8,7 @@ import yaml
 
 from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import from_plain
-from navtool.base.lineage import plain
+from navtool.base.plain import plain
 
 NO_TOPIC = "none"
 """As the only candidate of a stream: the robot's recordings have this topic, but it is not wanted."""

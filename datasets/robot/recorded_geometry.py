@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
-from navtool.base.lineage import plain
+from navtool.base.plain import plain
 from navtool.datasets.decode.messages import CameraInfoSample, Transform
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel

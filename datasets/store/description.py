@@ -6,7 +6,7 @@ from typing import Any
 
 from navtool.base.errors import DatasetsError
 from navtool.base.files import read_json
-from navtool.base.lineage import plain
+from navtool.base.plain import plain
 from navtool.datasets.store.layout import Layout
 from navtool.datasets.store.schema import SCHEMA_VERSION, Contents
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from navtool.base.report import fields_of
+from navtool.base.plain import plain_fields
 from navtool.methods.intensity_map.fit_threshold import Candidate, ThresholdFit, ThresholdFitConfig
 
 _WEAK_AREA = 0.75
@@ -51,7 +51,7 @@ class FitReport:
 
     def to_json(self) -> dict[str, object]:
         """As plain values."""
-        return fields_of(self)
+        return plain_fields(self)
 
 
 def tried(fit: ThresholdFit) -> list[Tried]:

@@ -7,8 +7,8 @@ from pathlib import Path
 import yaml
 
 from navtool.base.files import write_bytes
-from navtool.base.lineage import plain
 from navtool.base.pages.html import html_figure, html_page, html_table
+from navtool.base.plain import plain
 from navtool.methods.intensity_map.config import MapRunConfig
 from navtool.methods.intensity_map.outputs import VIDEO, Moment
 from navtool.methods.intensity_map.pictures import legend_colours

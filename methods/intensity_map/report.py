@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from navtool.base.report import fields_of
+from navtool.base.plain import plain_fields
 from navtool.methods.intensity_map.scoring import ClassScore
 
 
@@ -54,4 +54,4 @@ class MapReport:
 
     def to_json(self) -> dict[str, object]:
         """As plain values."""
-        return {**fields_of(self), "maps_per_s": self.maps_per_s}
+        return {**plain_fields(self), "maps_per_s": self.maps_per_s}

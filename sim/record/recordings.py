@@ -8,8 +8,9 @@ from pathlib import Path
 from navtool.base.errors import DatasetsError
 from navtool.base.files import read_json, write_json
 from navtool.base.from_plain import from_plain
-from navtool.base.lineage import config_hash, plain
+from navtool.base.lineage import config_hash
 from navtool.base.output_folder import OutputFolder
+from navtool.base.plain import flatten, plain, plain_fields
 from navtool.sim.record.config import SimulationConfig
 from navtool.sim.record.episode import Episode
 
@@ -42,7 +43,9 @@ class Recordings:
             OutputError: It cannot be written.
         """
         made = [self.episodes[number] for number in sorted(self.episodes)]
-        listed = [{key: value for key, value in _plain(episode).items() if key != "peak_rss_mib"} for episode in made]
+        listed = [
+            {key: value for key, value in plain_fields(episode).items() if key != "peak_rss_mib"} for episode in made
+        ]
         write_json(self.root / LINEAGE, {**self._said, "episodes": listed})
 
     def _load(self) -> None:
@@ -103,19 +106,4 @@ def _is_empty(folder: OutputFolder) -> bool:
 
 
 def _identity(said: Mapping[str, object]) -> dict[str, object]:
-    return {"seed": said.get("seed"), **_flat(said.get("config"))}
-
-
-def _plain(episode: Episode) -> dict[str, object]:
-    found = plain(episode)
-    return {str(key): value for key, value in found.items()} if isinstance(found, dict) else {}
-
-
-def _flat(value: object, prefix: str = "") -> dict[str, object]:
-    """Nested settings as key.key: value."""
-    if not isinstance(value, dict):
-        return {prefix: value}
-    found: dict[str, object] = {}
-    for key, entry in value.items():
-        found |= _flat(entry, f"{prefix}.{key}" if prefix else str(key))
-    return found
+    return {"seed": said.get("seed"), **flatten(said.get("config"))}

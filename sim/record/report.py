@@ -4,7 +4,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
-from navtool.base.lineage import plain
+from navtool.base.plain import plain
 from navtool.sim.record.episode import Episode, NotMade
 
 

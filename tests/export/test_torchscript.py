@@ -7,6 +7,7 @@ import pytest
 import safetensors.torch
 import torch
 
+from navtool.base.errors import DatasetsError, OutputError
 from navtool.export import torchscript
 from navtool.export.artefact import open_artefact
 from navtool.export.errors import ExportError
@@ -124,9 +125,9 @@ def test_an_artefact_is_replaced_only_on_request(artefact: Path, run: Path) -> N
 
 def test_other_files_are_never_replaced(run: Path, tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("mine")
-    with pytest.raises(ExportError, match="holds other files"):
+    with pytest.raises(DatasetsError, match="holds something else"):
         export_run(run, tmp_path, overwrite=True)
-    with pytest.raises(ExportError, match="is a file"):
+    with pytest.raises(DatasetsError, match="is a file"):
         export_run(run, tmp_path / "thesis.tex", overwrite=True)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
@@ -141,7 +142,7 @@ def test_a_failure_leaves_nothing(run: Path, tmp_path: Path, monkeypatch: pytest
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(torchscript, "write_json", full)
-    with pytest.raises(ExportError, match="No space left"):
+    with pytest.raises(OutputError, match="No space left"):
         export_run(run, tmp_path / "artefact")
     assert list(tmp_path.iterdir()) == []
 

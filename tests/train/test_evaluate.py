@@ -8,7 +8,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from navtool.base.lineage import plain
+from navtool.base.plain import plain
 from navtool.pipeline.success_metrics import SuccessMetrics, success_metrics
 from navtool.train.config import Device, TrainConfig
 from navtool.train.device import torch_device

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import from_plain
-from navtool.base.lineage import plain
+from navtool.base.plain import plain
 from navtool.datasets.robot.config import RobotConfig, TopicCandidates, load_robot_file, save_robot_file
 
 FINITE = st.floats(-1.0, 1.0, allow_nan=False)
