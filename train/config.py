@@ -1,7 +1,7 @@
 """The configuration of a training run."""
 
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import StrEnum
 
 from navtool.pipeline.success_metrics import SuccessMetricsConfig
 from navtool.train.model_config import ModelConfig
@@ -9,7 +9,7 @@ from navtool.train.splits import SplitConfig
 from navtool.train.success.windows import DataConfig
 
 
-class Device(Enum):
+class Device(StrEnum):
     """Where the network runs."""
 
     auto = "auto"
@@ -19,7 +19,7 @@ class Device(Enum):
     mps = "mps"
 
 
-class Precision(Enum):
+class Precision(StrEnum):
     """How the network computes in training and validation; weights and optimiser are float32 in both."""
 
     fp32 = "fp32"

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import StrEnum
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from navtool.train.errors import TrainError
 from navtool.train.source import EpisodeView
 
 
-class Split(Enum):
+class Split(StrEnum):
     """A part of the data set; ``all`` is every episode."""
 
     train = "train"
@@ -19,7 +19,7 @@ class Split(Enum):
     all = "all"
 
 
-class GroupBy(Enum):
+class GroupBy(StrEnum):
     """What must not be shared between splits."""
 
     place = "place"

@@ -1,12 +1,12 @@
 """What a drive is to be: who drives, for how long, how fast, from where."""
 
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import StrEnum
 
 from navtool.sim.drive.script import Order, Waypoint
 
 
-class DriverKind(Enum):
+class DriverKind(StrEnum):
     """Who drives."""
 
     random = "random"

@@ -1,10 +1,10 @@
 """What goes wrong on a drive: when, where and why."""
 
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 
 
-class FailureKind(Enum):
+class FailureKind(StrEnum):
     """What went wrong."""
 
     stumble = "stumble"

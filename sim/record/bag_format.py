@@ -1,9 +1,9 @@
 """The formats of recordings that can be written."""
 
-from enum import Enum
+from enum import StrEnum
 
 
-class BagFormat(Enum):
+class BagFormat(StrEnum):
     """How a recording is stored."""
 
     mcap = "mcap"

@@ -1,7 +1,7 @@
 """What decides the recordings of a simulation, but for its seed."""
 
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import StrEnum
 
 from navtool.sim.drive.config import DriveConfig
 from navtool.sim.record.bag_format import BagFormat
@@ -11,7 +11,7 @@ from navtool.sim.sensors.lidar_config import LidarConfig
 from navtool.sim.world.scenario import ScenarioConfig
 
 
-class Gait(Enum):
+class Gait(StrEnum):
     """How the quadruped walks."""
 
     trot = "trot"

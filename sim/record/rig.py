@@ -1,7 +1,7 @@
 """Where each robot carries its sensors: frames of REP-103 and REP-105."""
 
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Float64
@@ -18,7 +18,7 @@ MAP, ODOM = "map", "odom"
 _OPTICAL: Pose = (0.0, 0.0, 0.0, -np.pi / 2, 0.0, -np.pi / 2)
 
 
-class RobotKind(Enum):
+class RobotKind(StrEnum):
     """Which robot drives."""
 
     wheeled = "wheeled"

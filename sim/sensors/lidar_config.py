@@ -1,7 +1,7 @@
 """A spinning LiDAR: where its lasers point, when they fire, and what its receiver detects."""
 
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Float, Float32, Int
@@ -9,7 +9,7 @@ from jaxtyping import Float, Float32, Int
 from navtool.pipeline.arrays import Array
 
 
-class Returns(Enum):
+class Returns(StrEnum):
     """Which echoes of a beam become points."""
 
     strongest = "strongest"

@@ -1,7 +1,7 @@
 """What a scenario asks of a world: its ground, what stands there, the weather and the light."""
 
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 
 import yaml
@@ -14,14 +14,14 @@ from navtool.sim.world.surfaces import GROUND
 _GROUND_NAMES = tuple(surface.name for surface in GROUND)
 
 
-class Split(Enum):
+class Split(StrEnum):
     """Which of two disjoint families of places a seed is drawn from."""
 
     train = "train"
     test = "test"
 
 
-class RegionShape(Enum):
+class RegionShape(StrEnum):
     """How a region of the ground lies."""
 
     patches = "patches"
@@ -32,7 +32,7 @@ class RegionShape(Enum):
     """Everything between two distances along the way from start to goal."""
 
 
-class Partition(Enum):
+class Partition(StrEnum):
     """What divides a room between start and goal."""
 
     none = "none"

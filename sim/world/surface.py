@@ -1,7 +1,7 @@
 """What a surface is made of: how it looks, how it returns laser light, and how it carries and resists a robot."""
 
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Float32
@@ -9,7 +9,7 @@ from jaxtyping import Float32
 from navtool.pipeline.arrays import Array
 
 
-class TerrainGroup(Enum):
+class TerrainGroup(StrEnum):
     """AMCO's groups of terrain, with mud beside them; ``none`` is what nobody walks on."""
 
     stable = "stable"

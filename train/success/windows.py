@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from navtool.train.samples import SampleReport
 from navtool.train.source import NavSource, column_or
 
 
-class MissingModality(Enum):
+class MissingModality(StrEnum):
     """What becomes of a row whose camera frame or cloud is missing."""
 
     exclude = "exclude"
