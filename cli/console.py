@@ -36,8 +36,8 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[obje
 
     rows = [tuple(row) for row in rows]
     table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
-    for place, column in enumerate(columns):
-        numeric = all(isinstance(row[place], int | float | None) for row in rows)
+    for index, column in enumerate(columns):
+        numeric = all(isinstance(row[index], int | float | None) for row in rows)
         table.add_column(column, justify="right" if numeric else "left", overflow="fold")
     for row in rows:
         table.add_row(*(Text(shown(value)) for value in row))

@@ -14,13 +14,13 @@ def encoded_size(data: bytes) -> tuple[int, int]:
     """Width and height as a JPEG or PNG image states them; 0 where they do not show and the decoder has to say."""
     if data.startswith(_PNG):
         return int.from_bytes(data[16:20]), int.from_bytes(data[20:24])
-    place = 2
-    while place + 9 <= len(data) and data[place] == 0xFF:
-        marker = data[place + 1]
+    offset = 2
+    while offset + 9 <= len(data) and data[offset] == 0xFF:
+        marker = data[offset + 1]
         if marker in _FRAME_HEADERS:
-            return int.from_bytes(data[place + 7 : place + 9]), int.from_bytes(data[place + 5 : place + 7])
+            return int.from_bytes(data[offset + 7 : offset + 9]), int.from_bytes(data[offset + 5 : offset + 7])
         # A marker may be filled up with any number of 0xFF in front.
-        place += 1 if marker == 0xFF else 2 + int.from_bytes(data[place + 2 : place + 4])
+        offset += 1 if marker == 0xFF else 2 + int.from_bytes(data[offset + 2 : offset + 4])
     return 0, 0
 
 

@@ -110,13 +110,13 @@ def _aim(
     Blocks of a sensor set to two returns come in pairs of one azimuth and one time.
     """
     step = np.where(dual, 2, 1)[:, None]
-    place = np.arange(_BLOCKS)[None] // step
+    firing = np.arange(_BLOCKS)[None] // step
     last = (_BLOCKS // step) - 1
-    following = np.minimum(place + 1, last) * step
-    before = np.minimum(place, last - 1) * step
+    following = np.minimum(firing + 1, last) * step
+    before = np.minimum(firing, last - 1) * step
     first = np.take_along_axis(azimuth, before, axis=1)
-    second = np.take_along_axis(azimuth, np.where(place < last, following, last * step), axis=1)
+    second = np.take_along_axis(azimuth, np.where(firing < last, following, last * step), axis=1)
     turned = (second - first) % _TURN
     within = np.arange(_FIRINGS)[:, None] * _FIRING_S + np.arange(_LASERS)[None] * _LASER_S
     angle = azimuth[..., None, None] + turned[..., None, None] * (within / _BLOCK_S)
-    return np.radians(angle / 100.0), place[..., None, None] * _BLOCK_S + within
+    return np.radians(angle / 100.0), firing[..., None, None] * _BLOCK_S + within

@@ -15,7 +15,7 @@ MOST_BYTES = 1 << 30
 class Chunk(NamedTuple):
     """A portion of the file whose messages are read at once."""
 
-    place: int
+    offset: int
     """Where it begins in the file."""
     size: int
     """Bytes in the file."""
@@ -51,13 +51,13 @@ class Skipped:
 
     def add(self, chunk: Chunk, error: Exception) -> None:
         """Note a chunk and why it was skipped."""
-        if chunk.place not in self._reasons:
-            self._reasons[chunk.place] = error.what if isinstance(error, DatasetsError) else describe(error)
+        if chunk.offset not in self._reasons:
+            self._reasons[chunk.offset] = error.what if isinstance(error, DatasetsError) else describe(error)
             self._bytes += chunk.size
 
     def add_torn(self, chunk: Chunk, what: str) -> None:
         """Note a chunk of which only the beginning can be read."""
-        self._torn.setdefault(chunk.place, what)
+        self._torn.setdefault(chunk.offset, what)
 
     def faults(self) -> tuple[str, ...]:
         """A sentence on the chunks that were skipped, and one on those that were read in part."""

@@ -32,7 +32,7 @@ _LOGS = ("-wal", "-journal")
 
 
 class Db3Source:
-    """One ``.db3`` file; errors name the place.
+    """One ``.db3`` file; errors say where.
 
     Nothing is ever written beside it, not even SQLite's own ``-wal`` and ``-shm`` files.
     """

@@ -39,14 +39,14 @@ class FileBytes:
             first += len(piece)
         return pieces[0] if len(pieces) == 1 else b"".join(pieces)
 
-    def find(self, what: bytes, place: int) -> int:
-        """Where the bytes occur first at or after a place; -1 for nowhere."""
-        while place < self._size:
-            piece = self[place : place + _PIECE + len(what) - 1]
+    def find(self, what: bytes, offset: int) -> int:
+        """Where the bytes occur first at or after an offset; -1 for nowhere."""
+        while offset < self._size:
+            piece = self[offset : offset + _PIECE + len(what) - 1]
             found = piece.find(what)
             if found != -1:
-                return place + found
-            place += _PIECE
+                return offset + found
+            offset += _PIECE
         return -1
 
     def close(self) -> None:

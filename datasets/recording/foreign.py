@@ -1,4 +1,4 @@
-"""One place where the errors of the libraries below become errors of navtool."""
+"""Where the errors of the libraries below become errors of navtool."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ def translated(what: str, *, where: str | Path, cure: str | None = None) -> Iter
     """Raise every foreign exception of the block as one that names the file, keeping the original as its cause.
 
     The libraries below answer damaged bytes with their own errors, but also with `AssertionError`, `KeyError`,
-    `struct.error`, `MemoryError` and others: hence all of them. An error of navtool's own gets the place it lacks.
+    `struct.error`, `MemoryError` and others: hence all of them. An error of navtool's own gets the file it lacks.
     """
     try:
         yield

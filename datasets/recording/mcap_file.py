@@ -29,7 +29,7 @@ class Record(NamedTuple):
     """A record: its kind, and where its content lies."""
 
     op: int
-    place: int
+    offset: int
     start: int
     end: int
 
@@ -46,38 +46,38 @@ class ChunkHead(NamedTuple):
     end: int
 
 
-def record_at(content: bytes | FileBytes, place: int, limit: int) -> Record:
-    """The record at a place; its end may lie beyond the limit.
+def record_at(content: bytes | FileBytes, offset: int, limit: int) -> Record:
+    """The record at an offset; its end may lie beyond the limit.
 
     Raises:
         ValueError: There is none.
     """
-    if place + _RECORD.size > limit:
-        raise ValueError(f"the record at byte {place} is cut off")
-    op, length = _RECORD.unpack(content[place : place + _RECORD.size])
+    if offset + _RECORD.size > limit:
+        raise ValueError(f"the record at byte {offset} is cut off")
+    op, length = _RECORD.unpack(content[offset : offset + _RECORD.size])
     if op not in _KNOWN:
-        raise ValueError(f"there is no record at byte {place}")
-    return Record(op, place, place + _RECORD.size, place + _RECORD.size + length)
+        raise ValueError(f"there is no record at byte {offset}")
+    return Record(op, offset, offset + _RECORD.size, offset + _RECORD.size + length)
 
 
 def records(content: bytes, limit: int | None = None) -> Iterator[Record]:
     """The whole records of a chunk's content, up to the first that is none."""
-    place, size = 0, len(content) if limit is None else limit
-    while place < size:
+    offset, size = 0, len(content) if limit is None else limit
+    while offset < size:
         try:
-            record = record_at(content, place, size)
+            record = record_at(content, offset, size)
         except ValueError:
             return
         if record.end > size:
             return
         yield record
-        place = record.end
+        offset = record.end
 
 
 def message_head(content: bytes | FileBytes, record: Record) -> tuple[int, int]:
     """Channel and record time of a message."""
     if record.end - record.start < _MESSAGE.size:
-        raise ValueError(f"the message at byte {record.place} is shorter than its head")
+        raise ValueError(f"the message at byte {record.offset} is shorter than its head")
     channel, _, log_time, _ = _MESSAGE.unpack(content[record.start : record.start + _MESSAGE.size])
     return channel, log_time
 
@@ -91,26 +91,26 @@ def chunk_head(content: FileBytes, record: Record) -> ChunkHead:
     limit = min(record.end, len(content))
     at = record.start + _CHUNK.size
     if at + 4 > limit:
-        raise ValueError(f"the chunk at byte {record.place} is cut off")
+        raise ValueError(f"the chunk at byte {record.offset} is cut off")
     first, last, size, crc = _CHUNK.unpack(content[record.start : at])
     length = _LENGTH.unpack(content[at : at + 4])[0]
     at += 4 + length
     if at + 8 > limit:
-        raise ValueError(f"the chunk at byte {record.place} is cut off")
+        raise ValueError(f"the chunk at byte {record.offset} is cut off")
     compression = content[at - length : at].decode(errors="replace")
     packed = int.from_bytes(content[at : at + 8], "little")
     return ChunkHead(first, last, size, crc, compression, at + 8, at + 8 + packed)
 
 
-def next_chunk(content: FileBytes, place: int) -> int | None:
+def next_chunk(content: FileBytes, offset: int) -> int | None:
     """Where the next compressed chunk begins whose head can be read; None where there is none."""
     marks = [_LENGTH.pack(len(name)) + name.encode() for name in COMPRESSIONS if name]
     before = _RECORD.size + _CHUNK.size
-    found = [content.find(mark, place) for mark in marks]
+    found = [content.find(mark, offset) for mark in marks]
     while any(at != -1 for at in found):
         at = min(at for at in found if at != -1)
         start = at - before
-        if start >= place:
+        if start >= offset:
             try:
                 record = record_at(content, start, len(content))
                 head = chunk_head(content, record)
@@ -167,15 +167,15 @@ def _unpacked(packed: bytes, head: ChunkHead, *, cut: bool) -> bytes:
 def messages_in(contents: bytes, wanted: Container[int]) -> Contents:
     """The messages of the wanted channels."""
     found: list[tuple[int, int, int, int]] = []
-    place, size = 0, len(contents)
-    while place + _RECORD.size <= size:
-        op, length = _RECORD.unpack_from(contents, place)
-        start = place + _RECORD.size
-        place = start + length
-        if place > size:
+    offset, size = 0, len(contents)
+    while offset + _RECORD.size <= size:
+        op, length = _RECORD.unpack_from(contents, offset)
+        start = offset + _RECORD.size
+        offset = start + length
+        if offset > size:
             return contents, found, f"its last {size - start + _RECORD.size} bytes are no whole record"
         if op == MESSAGE:
             channel, _, log_time, _ = _MESSAGE.unpack_from(contents, start)
             if channel in wanted:
-                found.append((log_time, start + _MESSAGE.size, place, channel))
-    return contents, found, f"its last {size - place} bytes are no whole record" if place < size else ""
+                found.append((log_time, start + _MESSAGE.size, offset, channel))
+    return contents, found, f"its last {size - offset} bytes are no whole record" if offset < size else ""

@@ -79,9 +79,9 @@ class McapSource:
         self._content.close()
 
     def _load(self, chunk: Chunk, wanted: Container[int]) -> Contents:
-        if chunk.place in self._loose:
-            return mcap_file.messages_in(self._content[chunk.place : self._loose[chunk.place]], wanted)
-        record = mcap_file.record_at(self._content, chunk.place, len(self._content))
+        if chunk.offset in self._loose:
+            return mcap_file.messages_in(self._content[chunk.offset : self._loose[chunk.offset]], wanted)
+        record = mcap_file.record_at(self._content, chunk.offset, len(self._content))
         if record.op != mcap_file.CHUNK:
             raise ValueError("there is no chunk")
         head = mcap_file.chunk_head(self._content, record)
@@ -115,30 +115,30 @@ class McapSource:
     def _by_looking(self) -> list[Chunk]:
         """The chunks in the order of the file, each looked into, and portions of messages that are in none."""
         size = len(self._content)
-        place = len(mcap_file.MAGIC)
+        offset = len(mcap_file.MAGIC)
         chunks: list[Chunk] = []
         loose = _Loose()
-        while place < size:
+        while offset < size:
             try:
-                record = mcap_file.record_at(self._content, place, size)
+                record = mcap_file.record_at(self._content, offset, size)
             except ValueError as error:
-                following = mcap_file.next_chunk(self._content, place + 1)
-                lost = (size if following is None else following) - place
-                self._found.append(f"{lost} bytes skipped at byte {place} of {size}: {error}")
+                following = mcap_file.next_chunk(self._content, offset + 1)
+                lost = (size if following is None else following) - offset
+                self._found.append(f"{lost} bytes skipped at byte {offset} of {size}: {error}")
                 if following is None:
                     break
                 chunks += loose.rest()
-                place = following
+                offset = following
                 continue
             if record.op == mcap_file.DATA_END:
                 break
             if record.end > size:
-                self._found.append(f"cut off after {size / 1e6:.3f} MB, within a record of {record.end - place} bytes")
+                self._found.append(f"cut off after {size / 1e6:.3f} MB, within a record of {record.end - offset} bytes")
             if record.op == mcap_file.CHUNK:
                 chunks += self._looked_into(record)
             elif record.end <= size:
                 chunks += loose.take(self._taken(self._content, record), record)
-            place = record.end
+            offset = record.end
         chunks += loose.rest()
         self._loose = loose.ends
         if lost := sum(count for key, count in self._counts.items() if key not in self._records):
@@ -150,21 +150,21 @@ class McapSource:
             contents = mcap_file.chunk_contents(self._content, mcap_file.chunk_head(self._content, record))
         except Exception as error:
             what = error.what if isinstance(error, DatasetsError) else describe(error)
-            self._found.append(f"the chunk at byte {record.place} is skipped: {what}")
+            self._found.append(f"the chunk at byte {record.offset} is skipped: {what}")
             return []
         found = [message for inner in mcap_file.records(contents) if (message := self._taken(contents, inner))]
         if not found:
             return []
         times = [record_ns for _, record_ns in found]
         channels = frozenset(channel for channel, _ in found)
-        return [Chunk(record.place, record.end - record.place, min(times), max(times), channels)]
+        return [Chunk(record.offset, record.end - record.offset, min(times), max(times), channels)]
 
     def _taken(self, content: bytes | FileBytes, record: mcap_file.Record) -> tuple[int, int] | None:
         """Like ``_take``; a record that is not what it says is named and left out."""
         try:
             return self._take(content, record)
         except Exception as error:
-            self._found.append(f"a record at byte {record.place} is skipped: {describe(error)}")
+            self._found.append(f"a record at byte {record.offset} is skipped: {describe(error)}")
             return None
 
     def _take(self, content: bytes | FileBytes, record: mcap_file.Record) -> tuple[int, int] | None:
@@ -198,7 +198,7 @@ class _Loose:
         if message is None and not self._messages:
             return []
         if not self._messages:
-            self._start = record.place
+            self._start = record.offset
         self._end = record.end
         if message is not None:
             self._messages.append(message)

@@ -54,12 +54,12 @@ class _Records(NamedTuple):
     first_alignment: int
     stride: int
 
-    def read(self, data: memoryview, place: int, order: _Order) -> tuple[Shaped[Array, " n"], int]:
-        """The records of a sequence that begins at the place, and the place behind them."""
-        (count,) = struct.unpack_from(f"{order}I", data, place)
+    def read(self, data: memoryview, offset: int, order: _Order) -> tuple[Shaped[Array, " n"], int]:
+        """The records of a sequence that begins at the offset, and the offset behind them."""
+        (count,) = struct.unpack_from(f"{order}I", data, offset)
         if not count:
-            return np.empty(0, self.dtype), place + 4
-        start = _aligned(place + 4, self.first_alignment)
+            return np.empty(0, self.dtype), offset + 4
+        start = _aligned(offset + 4, self.first_alignment)
         end = start + (count - 1) * self.stride + self.dtype.itemsize
         if end > len(data):
             raise DatasetsError(
@@ -117,21 +117,21 @@ class RecordArrays:
                 raise DatasetsError("the message is in an unknown encapsulation")
             order, data = _CDR_ORDERS[start], data[4:]
         values: list[Any] = []
-        place = 0
+        offset = 0
         for step in self._steps:
-            place = _aligned(place, step.alignment)
+            offset = _aligned(offset, step.alignment)
             if isinstance(step, _Records):
-                array, place = step.read(data, place, order)
+                array, offset = step.read(data, offset, order)
                 values.append(array)
             else:
                 kind = self._store.get_msgdef(step.name)
                 read: Any = kind.deserialize_ros1
                 if self._cdr:
                     read = kind.deserialize_cdr_le if order == "<" else kind.deserialize_cdr_be
-                others, place = read(data, place, _tuple, self._store)
+                others, offset = read(data, offset, _tuple, self._store)
                 values += others
-        if not 0 <= len(data) - place <= (_CDR_PADDING if self._cdr else 0):
-            raise DatasetsError(f"a message of {len(data)} bytes, whose content takes {place}")
+        if not 0 <= len(data) - offset <= (_CDR_PADDING if self._cdr else 0):
+            raise DatasetsError(f"a message of {len(data)} bytes, whose content takes {offset}")
         return self._store.types[self._name](*values)
 
     def _add_others(self, fields: list[Any]) -> None:
@@ -150,7 +150,7 @@ class RecordArrays:
         return _Records(field, 4 if self._cdr else 1, dtype, first, _aligned(dtype.itemsize, first))
 
     def _dtype(self, field: str, record: str, start: int, sizes: list[int]) -> np.dtype[np.void]:
-        """How a record lies in the bytes that begins at this place of an outer one; its numbers' sizes are added."""
+        """How a record lies in the bytes that begins at this offset of an outer one; its numbers' sizes are added."""
         names, kinds, offsets = [], [], []
         end = start
         for name, (node, what) in self._store.fielddefs[record][1]:
@@ -158,19 +158,19 @@ class RecordArrays:
             kind: np.dtype[Any]
             if base[0] == Nodetype.NAME:
                 # A record within begins where its first number may lie.
-                place = _aligned(end, self._alignment(base))
-                kind = self._dtype(field, str(base[1]), place, sizes)
+                offset = _aligned(end, self._alignment(base))
+                kind = self._dtype(field, str(base[1]), offset, sizes)
             elif base[0] == Nodetype.BASE and base[1][0] in _CODES:
                 number = np.dtype(_CODES[str(base[1][0])])
-                place = _aligned(end, number.itemsize if self._cdr else 1)
+                offset = _aligned(end, number.itemsize if self._cdr else 1)
                 kind = np.dtype((number, (what[1],))) if node == Nodetype.ARRAY else number
                 sizes.append(number.itemsize)
             else:
                 raise DatasetsError(f"{field} has records of {record}, whose {name} is no plain number")
             names.append(name)
             kinds.append(kind)
-            offsets.append(place - start)
-            end = place + kind.itemsize
+            offsets.append(offset - start)
+            end = offset + kind.itemsize
         return np.dtype({"names": names, "formats": kinds, "offsets": offsets, "itemsize": end - start})
 
     def _alignment(self, kind: Any) -> int:
@@ -192,8 +192,8 @@ def _record_of(kind: Any) -> str | None:
     return None
 
 
-def _aligned(place: int, alignment: int) -> int:
-    return place + -place % alignment
+def _aligned(offset: int, alignment: int) -> int:
+    return offset + -offset % alignment
 
 
 def _tuple(*values: Any) -> tuple[Any, ...]:

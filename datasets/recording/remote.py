@@ -58,9 +58,9 @@ def local_paths(inputs: Sequence[str], cache: Path, advance: Callable[[str, int]
 
 
 def _fetched(url: str, cache: Path, advance: Callable[[str, int], None] | None) -> list[Path]:
-    system, place = _system(url)
+    system, location = _system(url)
     try:
-        names = _files(system, place)
+        names = _files(system, location)
         sizes = [int(system.size(name) or 0) for name in names]
     except Exception as error:
         raise _unreachable(url, error) from error
@@ -68,7 +68,7 @@ def _fetched(url: str, cache: Path, advance: Callable[[str, int], None] | None) 
         cure = f"name a file, a folder or a pattern of recordings ({', '.join(_SUFFIXES[:3])})"
         raise DatasetsError("no recording there", where=url, cure=cure)
     base = cache / hashlib.sha256(url.encode()).hexdigest()[:16]
-    root = place.rstrip("/").rpartition("/")[0] if len(names) == 1 else _common(names)
+    root = location.rstrip("/").rpartition("/")[0] if len(names) == 1 else _common(names)
     paths = []
     for name, size in zip(names, sizes, strict=True):
         inside = name.removeprefix(root).lstrip("/")
@@ -83,24 +83,24 @@ def _system(url: str) -> tuple[Any, str]:
     import fsspec  # noqa: PLC0415 - only those who fetch pay for it
 
     try:
-        system, place = fsspec.core.url_to_fs(url)
+        system, location = fsspec.core.url_to_fs(url)
     except ImportError as error:
         raise DatasetsError(
             f"needs another package: {describe(error)}", where=url, cure="install the package that it names"
         ) from error
     except ValueError as error:
         raise DatasetsError(f"{describe(error)}", where=url, cure="use a protocol that fsspec knows") from error
-    return system, str(place)
+    return system, str(location)
 
 
-def _files(system: Any, place: str) -> list[str]:
-    if re.search(r"[*?\[]", place):
-        found = [name for name in system.glob(place) if not system.isdir(name)]
-    elif place.endswith(_SUFFIXES) or not system.isdir(place):
-        system.info(place)  # says why not, where `exists` would only say that it is not
-        return [place]
+def _files(system: Any, location: str) -> list[str]:
+    if re.search(r"[*?\[]", location):
+        found = [name for name in system.glob(location) if not system.isdir(name)]
+    elif location.endswith(_SUFFIXES) or not system.isdir(location):
+        system.info(location)  # says why not, where `exists` would only say that it is not
+        return [location]
     else:
-        found = system.find(place)
+        found = system.find(location)
     return sorted(name for name in found if name.endswith(_SUFFIXES))
 
 

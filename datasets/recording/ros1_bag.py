@@ -25,7 +25,7 @@ _BEFORE_COMPRESSION = 64
 class Record(NamedTuple):
     """A record: its fields, and where its data lies."""
 
-    place: int
+    offset: int
     fields: dict[bytes, bytes]
     start: int
     end: int
@@ -44,47 +44,47 @@ class Connection(NamedTuple):
     definition: str
 
 
-def record_at(content: bytes | FileBytes, place: int, limit: int) -> Record:
-    """The record at a place.
+def record_at(content: bytes | FileBytes, offset: int, limit: int) -> Record:
+    """The record at an offset.
 
     Raises:
         ValueError: There is none, or it reaches beyond the limit.
     """
-    start, fields = _fields(content, place, limit)
+    start, fields = _fields(content, offset, limit)
     if start + 4 > limit:
-        raise ValueError(f"the record at byte {place} is cut off")
+        raise ValueError(f"the record at byte {offset} is cut off")
     end = start + 4 + _u32(content, start)
-    return Record(place, fields, start + 4, end)
+    return Record(offset, fields, start + 4, end)
 
 
-def _u32(content: bytes | FileBytes, place: int) -> int:
-    return int.from_bytes(content[place : place + 4], "little")
+def _u32(content: bytes | FileBytes, offset: int) -> int:
+    return int.from_bytes(content[offset : offset + 4], "little")
 
 
-def _fields(content: bytes | FileBytes, place: int, limit: int) -> tuple[int, dict[bytes, bytes]]:
-    if place + 4 > limit:
-        raise ValueError(f"the record at byte {place} is cut off")
-    size = _u32(content, place)
-    end = place + 4 + size
+def _fields(content: bytes | FileBytes, offset: int, limit: int) -> tuple[int, dict[bytes, bytes]]:
+    if offset + 4 > limit:
+        raise ValueError(f"the record at byte {offset} is cut off")
+    size = _u32(content, offset)
+    end = offset + 4 + size
     if size > _MOST_HEADER or end > limit:
-        raise ValueError(f"the record at byte {place} has a header of {size} bytes")
-    fields = _plain_fields(content[place + 4 : end], place)
+        raise ValueError(f"the record at byte {offset} has a header of {size} bytes")
+    fields = _plain_fields(content[offset + 4 : end], offset)
     if len(fields.get(b"op", b"")) != 1:
-        raise ValueError(f"the record at byte {place} has no kind")
+        raise ValueError(f"the record at byte {offset} has no kind")
     return end, fields
 
 
-def _plain_fields(data: bytes, place: int) -> dict[bytes, bytes]:
+def _plain_fields(data: bytes, offset: int) -> dict[bytes, bytes]:
     """Named values, each behind its length."""
     fields: dict[bytes, bytes] = {}
     at = 0
     while at < len(data):
         if at + 4 > len(data):
-            raise ValueError(f"the header of the record at byte {place} is damaged")
+            raise ValueError(f"the header of the record at byte {offset} is damaged")
         end = at + 4 + _LENGTH.unpack_from(data, at)[0]
         name, equals, value = data[at + 4 : end].partition(b"=")
         if not equals or end > len(data):
-            raise ValueError(f"the header of the record at byte {place} is damaged")
+            raise ValueError(f"the header of the record at byte {offset} is damaged")
         fields[name] = value
         at = end
     return fields
@@ -98,7 +98,7 @@ def number(record: Record, name: bytes) -> int:
     """
     value = record.fields.get(name, b"")
     if len(value) not in (4, 8):
-        raise ValueError(f"the record at byte {record.place} has no {name.decode()}")
+        raise ValueError(f"the record at byte {record.offset} has no {name.decode()}")
     return int.from_bytes(value, "little")
 
 
@@ -110,15 +110,15 @@ def time_ns(value: bytes, at: int = 0) -> int:
 
 def connection_of(content: bytes | FileBytes, record: Record) -> Connection:
     """The connection that a record describes."""
-    described = _plain_fields(content[record.start : record.end], record.place)
+    described = _plain_fields(content[record.start : record.end], record.offset)
     topic = described.get(b"topic") or record.fields.get(b"topic", b"")
     parts = (topic, described.get(b"type", b""), described.get(b"message_definition", b""))
     return Connection(*(part.decode(errors="replace") for part in parts))
 
 
-def next_chunk(content: FileBytes, place: int) -> int | None:
+def next_chunk(content: FileBytes, offset: int) -> int | None:
     """Where the next chunk begins whose header can be read; None where there is none."""
-    while (found := content.find(b"compression=", place)) != -1:
+    while (found := content.find(b"compression=", offset)) != -1:
         for start in range(max(found - _BEFORE_COMPRESSION, len(MAGIC)), found - 7):
             try:
                 record = record_at(content, start, len(content))
@@ -126,7 +126,7 @@ def next_chunk(content: FileBytes, place: int) -> int | None:
                 continue
             if record.op == CHUNK:
                 return start
-        place = found + 1
+        offset = found + 1
     return None
 
 
@@ -157,43 +157,43 @@ def chunk_contents(content: FileBytes, record: Record) -> bytes:
 
 def records_in(contents: bytes) -> Iterator[Record]:
     """The records of a chunk, up to the first that is not whole."""
-    place = 0
-    while place < len(contents):
+    offset = 0
+    while offset < len(contents):
         try:
-            record = record_at(contents, place, len(contents))
+            record = record_at(contents, offset, len(contents))
         except ValueError:
             return
         if record.end > len(contents):
             return
         yield record
-        place = record.end
+        offset = record.end
 
 
 def messages_in(contents: bytes, wanted: Container[int]) -> Contents:
     """The messages of the wanted connections."""
     found: list[tuple[int, int, int, int]] = []
-    place, size = 0, len(contents)
+    offset, size = 0, len(contents)
     usual: _MessageHead | None = None
-    while place < size:
-        head = None if usual is None else usual.read(contents, place)
+    while offset < size:
+        head = None if usual is None else usual.read(contents, offset)
         if head is None:
             try:
-                record = record_at(contents, place, size)
+                record = record_at(contents, offset, size)
             except ValueError:
                 break
             if record.op != MESSAGE:
                 if record.end > size:
                     break
-                place = record.end
+                offset = record.end
                 continue
             head = time_ns(record.fields[b"time"]), record.start, record.end, number(record, b"conn")
-            usual = _MessageHead.of(contents[place : record.start])
+            usual = _MessageHead.of(contents[offset : record.start])
         if head[2] > size:
             break
         if head[3] in wanted:
             found.append(head)
-        place = head[2]
-    left = size - place
+        offset = head[2]
+    left = size - offset
     return contents, found, f"its last {left} bytes are no whole record" if left else ""
 
 
@@ -219,12 +219,12 @@ class _MessageHead:
         length, before, _, middle, _, after, _ = layout.unpack(head)
         return cls(layout, (length, before, middle, after), time_first=time < connection)
 
-    def read(self, contents: bytes, place: int) -> tuple[int, int, int, int] | None:
-        """Record time, start, end and connection of the message at a place; None where another kind of head stands."""
-        start = place + self._layout.size
+    def read(self, contents: bytes, offset: int) -> tuple[int, int, int, int] | None:
+        """Record time, start, end and connection of a message at an offset; None where another kind of head stands."""
+        start = offset + self._layout.size
         if start > len(contents):
             return None
-        length, before, one, middle, other, after, size = self._layout.unpack_from(contents, place)
+        length, before, one, middle, other, after, size = self._layout.unpack_from(contents, offset)
         if (length, before, middle, after) != self._constant:
             return None
         time, connection = (one, other) if self._time_first else (other, one)

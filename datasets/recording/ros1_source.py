@@ -16,7 +16,7 @@ _CURE = "copy it again from where it was recorded"
 
 
 class Ros1Source:
-    """One ``.bag`` file, read chunk by chunk; errors name the place.
+    """One ``.bag`` file, read chunk by chunk; errors say where.
 
     The index at its end says what each chunk holds. Where there is none, because the recorder was stopped or the copy
     is incomplete, or where it does not fit the file, every chunk is looked into once, in the order of the file, up to
@@ -75,7 +75,7 @@ class Ros1Source:
         self._content.close()
 
     def _load(self, chunk: Chunk, wanted: Container[int]) -> Contents:
-        record = self._records[chunk.place]
+        record = self._records[chunk.offset]
         contents = bag.chunk_contents(self._content, record)
         _, found, lacking = bag.messages_in(contents, wanted)
         announced = bag.number(record, b"size")
@@ -109,32 +109,32 @@ class Ros1Source:
         head = bag.record_at(self._content, len(bag.MAGIC), size)
         if head.op != bag.HEADER:
             raise ValueError("the file does not begin with a bag header")
-        place = bag.number(head, b"index_pos")
-        if place == 0:
+        offset = bag.number(head, b"index_pos")
+        if offset == 0:
             raise ValueError("the recorder did not close it")
         if head.fields.get(b"encryptor"):
             raise DatasetsError("an encrypted bag", cure="decrypt it first")
         chunks = []
-        while place < size:
-            record = bag.record_at(self._content, place, size)
+        while offset < size:
+            record = bag.record_at(self._content, offset, size)
             if record.end > size:
                 raise ValueError("it is cut off")
             if record.op == bag.CONNECTION:
                 self._connections[bag.number(record, b"conn")] = bag.connection_of(self._content, record)
             elif record.op == bag.CHUNK_INFO:
                 chunks.append(self._listed(record))
-            place = record.end
+            offset = record.end
         wanted = bag.number(head, b"chunk_count"), bag.number(head, b"conn_count")
         if (len(chunks), len(self._connections)) != wanted:
             raise ValueError(f"it lists {len(chunks)} chunks of {wanted[0]}")
         return chunks
 
     def _listed(self, info: bag.Record) -> Chunk:
-        place = bag.number(info, b"chunk_pos")
-        record = bag.record_at(self._content, place, len(self._content))
+        offset = bag.number(info, b"chunk_pos")
+        record = bag.record_at(self._content, offset, len(self._content))
         if record.op != bag.CHUNK or not bag.readable(record):
-            raise ValueError(f"there is no chunk that can be read at byte {place}")
-        self._records[place] = record
+            raise ValueError(f"there is no chunk that can be read at byte {offset}")
+        self._records[offset] = record
         data = self._content[info.start : info.end]
         channels = set()
         for at in range(0, len(data) - 7, 8):
@@ -142,31 +142,31 @@ class Ros1Source:
             channels.add(connection)
             self._counts[connection] += int.from_bytes(data[at + 4 : at + 8], "little")
         start_ns, end_ns = (bag.time_ns(info.fields[name]) for name in (b"start_time", b"end_time"))
-        return Chunk(place, record.end - place, start_ns, end_ns, frozenset(channels))
+        return Chunk(offset, record.end - offset, start_ns, end_ns, frozenset(channels))
 
     def _by_looking(self) -> list[Chunk]:
         """The chunks in the order of the file, each looked into."""
         size = len(self._content)
-        place: int | None = len(bag.MAGIC)
+        offset: int | None = len(bag.MAGIC)
         chunks: list[Chunk] = []
         unread = 0
-        while place is not None and place < size:
+        while offset is not None and offset < size:
             try:
-                record = bag.record_at(self._content, place, size)
+                record = bag.record_at(self._content, offset, size)
                 chunk = self._looked_into(record) if record.op == bag.CHUNK else None
             except ValueError:
-                following = bag.next_chunk(self._content, place + 1)
-                unread += (size if following is None else following) - place
-                place = following
+                following = bag.next_chunk(self._content, offset + 1)
+                unread += (size if following is None else following) - offset
+                offset = following
                 continue
             except Exception as error:
-                self._found.append(f"the chunk at byte {place} cannot be read ({error})")
+                self._found.append(f"the chunk at byte {offset} cannot be read ({error})")
                 chunk = None
             if chunk is not None:
                 chunks.append(chunk)
             if record.end > size:
-                self._found.append(f"cut off after {size / 1e6:.3f} MB, within a record of {record.end - place} bytes")
-            place = record.end
+                self._found.append(f"cut off after {size / 1e6:.3f} MB, within a record of {record.end - offset} bytes")
+            offset = record.end
         if unread:
             self._found.append(f"{unread / 1e6:.6f} MB between readable records skipped")
         return chunks
@@ -184,5 +184,5 @@ class Ros1Source:
                 self._counts[connection] += 1
         if not times:
             return None
-        self._records[record.place] = record
-        return Chunk(record.place, record.end - record.place, min(times), max(times), frozenset(channels))
+        self._records[record.offset] = record
+        return Chunk(record.offset, record.end - record.offset, min(times), max(times), frozenset(channels))

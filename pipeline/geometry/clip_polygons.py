@@ -97,5 +97,5 @@ def _compact(
     valid = np.stack([first_valid, second_valid], axis=2).reshape(n, 2 * corners)
     count = valid.sum(axis=1)
     order = np.argsort(~valid, axis=1, kind="stable")
-    place = np.minimum(np.arange(int(count.max(initial=0))), count[:, None] - 1)
-    return np.take_along_axis(points, np.take_along_axis(order, place, axis=1)[..., None], axis=1)
+    corner = np.minimum(np.arange(int(count.max(initial=0))), count[:, None] - 1)
+    return np.take_along_axis(points, np.take_along_axis(order, corner, axis=1)[..., None], axis=1)

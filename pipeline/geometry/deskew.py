@@ -23,9 +23,9 @@ def deskewed(
         knots_s: Increasing times, at least two.
         motion: Pose of the base frame at each knot in the base frame at the stamp.
     """
-    place = np.interp(time_s, knots_s, np.arange(len(knots_s)))
-    before = np.minimum(place.astype(np.int64), len(knots_s) - 2)
-    share = (place - before).astype(np.float32)
+    knot = np.interp(time_s, knots_s, np.arange(len(knots_s)))
+    before = np.minimum(knot.astype(np.int64), len(knots_s) - 2)
+    share = (knot - before).astype(np.float32)
     rows = motion[:, :3].astype(np.float32)
     moved: Float[Array, "3 n"] = np.zeros_like(columns)
     for knot in np.unique(before).tolist():

@@ -31,27 +31,27 @@ PASSED = "passed"
 def damaged(data: bytes, rng: np.random.Generator) -> bytes:
     """One kind of damage, somewhere."""
     changed = bytearray(data)
-    place, size = int(rng.integers(len(data))), int(rng.integers(1, max(len(data) // 8, 2)))
+    offset, size = int(rng.integers(len(data))), int(rng.integers(1, max(len(data) // 8, 2)))
     match int(rng.integers(6)):
         case 0:
             for _ in range(int(rng.integers(1, 20))):
                 changed[int(rng.integers(len(data)))] ^= 1 << int(rng.integers(8))
         case 1:
-            del changed[place:]
+            del changed[offset:]
         case 2:
             other = int(rng.integers(len(data)))
-            changed[place : place + size], changed[other : other + size] = (
+            changed[offset : offset + size], changed[other : other + size] = (
                 changed[other : other + size],
-                changed[place : place + size],
+                changed[offset : offset + size],
             )
         case 3:
             width = int(rng.choice([4, 8]))
             length = LENGTHS[int(rng.integers(len(LENGTHS)))] % (1 << 8 * width)
-            changed[place : place + width] = length.to_bytes(width, "little")
+            changed[offset : offset + width] = length.to_bytes(width, "little")
         case 4:
-            changed[place : place + size] = bytes(size)
+            changed[offset : offset + size] = bytes(size)
         case _:
-            changed[place:place] = changed[place : place + size]
+            changed[offset:offset] = changed[offset : offset + size]
     return bytes(changed)
 
 

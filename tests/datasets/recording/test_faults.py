@@ -38,8 +38,8 @@ def test_a_bag_that_was_never_closed_is_read_in_the_order_of_the_file(write_reco
     whole, faults = everything(path)
     assert faults == ()
     data = path.read_bytes()
-    place = data.index(b"index_pos=") + len(b"index_pos=")
-    path.write_bytes(data[:place] + bytes(8) + data[place + 8 :])
+    offset = data.index(b"index_pos=") + len(b"index_pos=")
+    path.write_bytes(data[:offset] + bytes(8) + data[offset + 8 :])
     recovered, faults = everything(path)
     assert recovered == whole
     assert "the recorder did not close it" in faults[0]
@@ -71,8 +71,8 @@ def test_a_damaged_chunk_costs_its_own_messages(container: str, write_recording:
     whole, _ = everything(file)
     data = bytearray(file.read_bytes())
     magic = {"ros1_bz2": b"BZh", "mcap_zstd": b"\x28\xb5\x2f\xfd", "mcap_lz4": b"\x04\x22\x4d\x18"}[container]
-    place = data.index(magic) + 24
-    data[place : place + 64] = bytes(byte ^ 0xFF for byte in data[place : place + 64])
+    offset = data.index(magic) + 24
+    data[offset : offset + 64] = bytes(byte ^ 0xFF for byte in data[offset : offset + 64])
     file.write_bytes(data)
     recovered, faults = everything(file)
     assert len(recovered) < len(whole)
@@ -88,11 +88,11 @@ def test_what_is_lost_within_a_chunk_or_between_two_is_told(container: str, writ
     whole, _ = everything(file)
     data = bytearray(file.read_bytes())
     if container == "ros1":
-        place = len(data) // 3
-        data[place : place + 3000] = b"\xff" * 3000  # lengths that no record can have
+        offset = len(data) // 3
+        data[offset : offset + 3000] = b"\xff" * 3000  # lengths that no record can have
     else:
-        place = data.index(b"\x28\xb5\x2f\xfd", len(data) // 5) - 60
-        data[place : place + 40] = b"\xfe" * 40  # neither a chunk's head nor any other record
+        offset = data.index(b"\x28\xb5\x2f\xfd", len(data) // 5) - 60
+        data[offset : offset + 40] = b"\xfe" * 40  # neither a chunk's head nor any other record
         data[-8 - 20 :] = bytes(28)  # and no summary
     file.write_bytes(data)
     recovered, faults = everything(file)
@@ -224,9 +224,9 @@ def damaged(data: bytes, seed: int) -> Iterator[bytes]:
     for share in rng.random(6):
         yield data[: int(share * len(data))]
     ends = np.concatenate([rng.integers(0, 300, 6), len(data) - 1 - rng.integers(0, 300, 6)])
-    for place in np.concatenate([ends, rng.integers(0, len(data), 12)]) % len(data):
+    for offset in np.concatenate([ends, rng.integers(0, len(data), 12)]) % len(data):
         changed = bytearray(data)
-        changed[place] ^= 1 << int(rng.integers(8))
+        changed[offset] ^= 1 << int(rng.integers(8))
         yield bytes(changed)
 
 
