@@ -15,7 +15,7 @@ from _bags import CONTAINERS, sights, write_bag
 from _report import Row, write_report
 from numpy.typing import NDArray
 
-from navtool.datasets.ingest.ingest import size_of
+from navtool.datasets.recording.identity import size_of
 from navtool.datasets.store.reader import NavDataset
 
 NAVTOOL = str(Path(sys.executable).with_name("navtool"))

@@ -39,7 +39,7 @@ class CameraLane(Lane):
         shrinks = sample.rgb.shape[1] > IMAGE_WIDTH_PX
         how = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
         small = cv2.resize(sample.rgb, (IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX), interpolation=how)
-        self._judge(ticks, image_reliability(sample.rgb, self._reliability))
+        self._set_reliability(ticks, image_reliability(sample.rgb, self._reliability))
         for tick in ticks:
             self._frames[tick] = small.astype(np.uint8, copy=False)
 

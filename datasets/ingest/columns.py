@@ -94,7 +94,7 @@ def _state(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStr
         around = Brackets(around.before, around.after, around.weight, around.error_s, usable)
         _mark(out, "state", around, usable)
         values = np.where(finite[:, None], stream.values, 0.0)
-        clean = TimedStream(stream.scan, stream.time, values)
+        clean = TimedStream(stream.recorded, stream.time, values)
         state = around.linear(_speeds(out, clean, finite))
         pose = _relative_pose(clean, around)
     out.values[STATE_KEY] = state.astype(np.float32)
@@ -180,7 +180,7 @@ def _joints(
     around = _around(stream, ticks_ns, sync)
     values = around.linear(stream.values)
     missing = ~np.asarray(np.isfinite(stream.values).any(axis=0))
-    unmeasured = [name for name, absent in zip(stream.scan.columns, missing, strict=True) if absent]
+    unmeasured = [name for name, absent in zip(stream.recorded.columns, missing, strict=True) if absent]
     if unmeasured:
         out.notes.append(f"joints: no value was ever recorded for {', '.join(unmeasured)}; they are 0")
     usable = around.valid & np.isfinite(values[:, ~missing]).all(axis=1)

@@ -35,12 +35,12 @@ class Lane(ABC):
         self.undecodable = 0
         self._part = part or StreamPart("", 0, np.zeros(0, dtype=np.int64), {}, frozenset(), {})
         self._waits = np.zeros(ticks, dtype=np.bool_)
-        self._waits[[tick for served in self._part.ticks_of.values() for tick in served]] = True
+        self._waits[[tick for served in self._part.segment_ticks.values() for tick in served]] = True
         self._next = 0
 
     def take(self, recording: Recording, raw: RawMessage, position: int) -> None:
         """Use the message at a position of the stream's order of record."""
-        ticks = self._part.ticks_of.get(position, [])
+        ticks = self._part.segment_ticks.get(position, [])
         if not ticks and not self._wanted(position):
             return
         try:
@@ -71,7 +71,7 @@ class Lane(ABC):
     def _write(self, tick: int) -> None:
         """Write a row's part."""
 
-    def _judge(self, ticks: list[int], values: Sequence[float]) -> None:
+    def _set_reliability(self, ticks: list[int], values: Sequence[float]) -> None:
         for key, value in zip(self.columns, values, strict=True):
             column: Float32[Array, " ticks"] = self.columns[key]
             column[ticks] = value

@@ -64,7 +64,7 @@ class LidarLane(Lane):
             serves = self._segment.first_tick + ticks[0] if ticks else -1
             self._beside.call(self._clouds.add, sample, stamp_ns, raw.record_ns, serves)
         if ticks and self._file is not None:
-            self._judge(ticks, cloud_reliability(sample.xyz, sample.ring, self._config.cloud_reliability))
+            self._set_reliability(ticks, cloud_reliability(sample.xyz, sample.ring, self._config.cloud_reliability))
             points, kept = self._in_base_frame(sample, stamp_ns)
             self._counts[ticks] = kept
             for tick in ticks:

@@ -1,8 +1,10 @@
 """What an ingest did, for people and for programs."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
+from navtool.base.errors import DatasetsError
 from navtool.base.plain import plain
 
 
@@ -13,13 +15,19 @@ class Quarantined:
     path: str
     reason: str
 
+    @classmethod
+    def of(cls, path: Path, error: DatasetsError) -> "Quarantined":
+        """The recording with the reason that its error names, and the cure."""
+        reason = error.what if error.where in (None, str(path)) else f"{error.where}: {error.what}"
+        return cls(str(path), reason if error.cure is None else f"{reason} ({error.cure})")
+
 
 @dataclass(slots=True)
 class EpisodeSummary:
     """One episode as ingest reports it."""
 
-    episode: int | None
-    """Its number in the data set, in a dry run the one that it would have; None where it was not given one."""
+    episode: int
+    """Its number in the data set, in a dry run the one that it would have."""
     source: str
     rows: int
     topics: dict[str, str]
@@ -43,12 +51,12 @@ class IngestReport:
     skipped: list[str] = field(default_factory=list)
     """Recordings that the data set had already."""
     placed: dict[str, str] = field(default_factory=dict)
-    """Of these, those whose place is another one now."""
+    """Skipped recordings whose place is another one now."""
     quarantined: list[Quarantined] = field(default_factory=list)
     seconds: float = 0.0
     bytes_in: int = 0
     peak_rss_mib: float = 0.0
-    """Of the process that used most."""
+    """Peak memory of the process that used most."""
 
     @property
     def rows(self) -> int:

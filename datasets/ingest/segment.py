@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64, Int64, Shaped
 
-from navtool.datasets.ingest.plan import EpisodePlan, LargeStream
+from navtool.datasets.ingest.large_stream import LargeStream
+from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.store.stats import CloudStats, ImageStats
 from navtool.datasets.streams.motion import Motion
 from navtool.pipeline.arrays import Array
@@ -30,8 +31,8 @@ class StreamPart:
     """Position of the first message of the segment's portion of the recording."""
     record_ns: Int64[Array, " portion"]
     """When the messages of that portion were recorded, as the first pass saw it."""
-    ticks_of: dict[int, list[int]]
-    """Ticks, counted from the segment's first one, that a message serves."""
+    segment_ticks: dict[int, list[int]]
+    """Ticks that a message serves, counted from the segment's first one."""
     own: frozenset[int]
     """Messages that belong to this segment and no other, whether they serve a tick or not."""
     stamps_ns: dict[int, int]
@@ -145,7 +146,7 @@ def _cut(stream: LargeStream, count: int) -> list[tuple[list[int], list[int]]]:
     """
     serving: list[list[int]] = [[] for _ in range(count)]
     home: Array = np.zeros(stream.record_ns.size, dtype=np.int64)
-    for position, ticks in stream.ticks_of.items():
+    for position, ticks in stream.episode_ticks.items():
         home[position] = ticks[0] // TICKS_PER_SEGMENT
         for segment in dict.fromkeys(tick // TICKS_PER_SEGMENT for tick in ticks):
             serving[segment].append(position)
@@ -162,7 +163,7 @@ def _part(
         topic=stream.topic,
         first=int(first),
         record_ns=stream.record_ns[first:end],
-        ticks_of={p: [tick - first_tick for tick in stream.ticks_of[p] if tick in inside] for p in serving},
+        segment_ticks={p: [tick - first_tick for tick in stream.episode_ticks[p] if tick in inside] for p in serving},
         own=frozenset(own),
         stamps_ns={p: stream.stamps_ns.get(p, int(stream.record_ns[p])) for p in {*serving, *own}},
     )

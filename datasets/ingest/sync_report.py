@@ -1,13 +1,16 @@
 """What sync did with every stream: which clock, how regular, how far from the ticks, what is missing and where."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from jaxtyping import Float64, Int64
 
+from navtool.datasets.ingest.grid import Grid
 from navtool.datasets.store.data_file import Column
 from navtool.datasets.streams.clock import Jump, StreamTime
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.config import StreamSync, SyncConfig
-from navtool.datasets.streams.scan import Scan
+from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.sync import Method
 from navtool.pipeline.arrays import Array
 
@@ -24,47 +27,41 @@ _COLUMN = {"odometry": "state", "command": "action", "intervention": None}
 
 
 def sync_report(
-    scan: Scan,
-    clocks: Clocks,
-    times: dict[str, StreamTime],
-    grid_stream: str,
-    ticks: Int64[Array, " ticks"],
-    columns: dict[str, Column],
-    config: SyncConfig,
+    found: FirstPass, clocks: Clocks, grid: Grid, columns: Mapping[str, Column], config: SyncConfig
 ) -> dict[str, object]:
     """The content of ``sync.json``: the grid, and for each stream how it was brought onto it.
 
     Times within the recording are seconds from the grid's first tick.
     """
-    streams = {}
-    for name, time in times.items():
+    streams, start_ns = {}, int(grid.ticks_ns[0])
+    for name, time in grid.times.items():
         sync, column = config.gridded().get(name), _COLUMN.get(name, name)
         valid = columns.get(f"valid.{column}")
         errors = np.abs(columns[f"sync.error_s.{column}"][valid]) if valid is not None else np.zeros(0)
         header_ns, record_ns = clocks.header_ns[name], clocks.record_ns[name]
         streams[name] = {
-            "topic": scan.streams[name].topic,
+            "topic": found.streams[name].topic,
             "messages": len(record_ns),
             "clock": time.source,
             "method": _method(name, sync),
             "tolerance_s": None if sync is None else sync.tolerance_s,
-            **_intervals(time.stamps_ns, int(ticks[0])),
+            **_intervals(time.stamps_ns, start_ns),
             **_against_record(header_ns, record_ns),
             "backwards": time.backwards,
             "repeated": time.repeated,
             "unstamped": time.unstamped,
-            "undecodable": scan.streams[name].undecodable,
-            "clock_steps": [_step(jump, time, header_ns, int(ticks[0])) for jump in clocks.jumps[name]],
+            "undecodable": found.streams[name].undecodable,
+            "clock_steps": [_step(jump, time, header_ns, start_ns) for jump in clocks.jumps[name]],
             "ticks_served": None if valid is None else int(valid.sum()),
             "error_median_s": _rounded(np.median(errors)) if errors.size else None,
             "error_max_s": _rounded(errors.max()) if errors.size else None,
             "notes": [*time.notes, *_notes(clocks.jumps[name], header_ns, record_ns)],
         }
     return {
-        "grid_stream": grid_stream,
-        "start_ns": int(ticks[0]),
-        "end_ns": int(ticks[-1]),
-        "ticks": int(ticks.size),
+        "grid_stream": grid.stream,
+        "start_ns": start_ns,
+        "end_ns": int(grid.ticks_ns[-1]),
+        "ticks": int(grid.ticks_ns.size),
         "streams": streams,
     }
 

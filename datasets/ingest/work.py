@@ -6,10 +6,10 @@ from navtool.datasets.ingest.segment import Segment
 
 # Measured with frames and clouds at 10 Hz, by one worker: of the time of a recording the first pass took 13 %, the
 # second 76 % and joining 9 %. Hashing, beside the first pass, takes about as long as reading alone.
-_HASH, _SCAN, _READ, _JOIN = 1, 1, 12, 2
+_HASH, _FIRST_PASS, _READ, _JOIN = 1, 1, 12, 2
 """Units a byte."""
-HASH_SHARE = _HASH / (_HASH + _SCAN)
-"""Of planning."""
+HASH_SHARE = _HASH / (_HASH + _FIRST_PASS)
+"""Share of planning that is hashing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,14 +22,14 @@ class Work:
 
     @property
     def total(self) -> int:
-        """Of all steps."""
+        """Work of all steps."""
         return self.planning + self.reading + self.joining
 
     def reading_of(self, segment: Segment, ticks: int) -> int:
         """The part of one segment of an episode; those of all segments add up to the whole.
 
         Args:
-            ticks: Of the episode.
+            ticks: Number of ticks of the episode.
         """
         end = segment.first_tick + segment.ticks
         return self.reading * end // ticks - self.reading * segment.first_tick // ticks
@@ -37,5 +37,5 @@ class Work:
 
 def work_of(size_bytes: int, *, dry_run: bool) -> Work:
     """The work of a recording that is new and has frames or clouds; a dry run only plans."""
-    planning = (_HASH + _SCAN) * size_bytes
+    planning = (_HASH + _FIRST_PASS) * size_bytes
     return Work(planning) if dry_run else Work(planning, _READ * size_bytes, _JOIN * size_bytes)

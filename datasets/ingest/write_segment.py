@@ -20,7 +20,7 @@ def write_segment(
     segment: Segment,
     config: IngestConfig,
     folder: Path,
-    reached: Callable[[int], None] | None = None,
+    on_reached: Callable[[int], None] | None = None,
 ) -> SegmentResult:
     """Read a segment's images and clouds and write its parts of the episode's files.
 
@@ -30,7 +30,7 @@ def write_segment(
 
     Args:
         folder: The episode's staged folder.
-        reached: Called with the record time of each message read.
+        on_reached: Called with the record time of each message read.
 
     Raises:
         DatasetsError: The recording does not hold the messages any more that the first pass saw.
@@ -57,8 +57,8 @@ def write_segment(
                 elif name == "lidar" and lidar is not None:
                     lidar.take(recording, raw, position[name])
                 position[name] += 1
-                if reached is not None:
-                    reached(raw.record_ns)
+                if on_reached is not None:
+                    on_reached(raw.record_ns)
             if any(next(left, None) is not None for left in expected.values()):
                 raise changed_meanwhile(recording.path)
         if camera is not None:

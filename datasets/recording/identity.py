@@ -3,6 +3,7 @@
 import hashlib
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from navtool.base.errors import DatasetsError
@@ -12,7 +13,7 @@ _LOGS = ("-journal", "-wal")
 """What SQLite keeps beside a database that was not closed."""
 
 
-def recording_sha256(path: Path, advance: Callable[[int], None] | None = None) -> tuple[str, int]:
+def recording_sha256(path: Path, on_hashed: Callable[[int], None] | None = None) -> tuple[str, int]:
     """The SHA-256 and the size in bytes of a recording: of the file, or of a folder's files in their names' order.
 
     A folder's hash covers relative names and contents, so that renaming a part changes it; so does that of a database
@@ -24,10 +25,10 @@ def recording_sha256(path: Path, advance: Callable[[int], None] | None = None) -
     try:
         parts = _parts(path)
         if parts == [path]:
-            return file_sha256(path, advance), path.stat().st_size
+            return file_sha256(path, on_hashed), path.stat().st_size
         base, digest, size = (path if path.is_dir() else path.parent), hashlib.sha256(), 0
         for part in parts:
-            digest.update(f"{part.relative_to(base).as_posix()}\0{file_sha256(part, advance)}\n".encode())
+            digest.update(f"{part.relative_to(base).as_posix()}\0{file_sha256(part, on_hashed)}\n".encode())
             size += part.stat().st_size
     except OSError as error:
         raise _gone(path, error) from error
@@ -45,6 +46,15 @@ def recording_state(path: Path) -> tuple[tuple[str, int, int], ...]:
     except OSError as error:
         raise _gone(path, error) from error
     return tuple((name, state.st_size, state.st_mtime_ns) for name, state in found)
+
+
+def size_of(path: Path) -> int:
+    """Bytes of a recording, a file or a folder; what vanishes meanwhile counts nothing."""
+    size = 0
+    for file in [path] if path.is_file() else path.rglob("*"):
+        with suppress(OSError):
+            size += file.stat().st_size if file.is_file() else 0
+    return size
 
 
 def _parts(path: Path) -> list[Path]:

@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
@@ -12,7 +13,6 @@ from navtool.base.plain import plain
 from navtool.datasets.decode.messages import CameraInfoSample
 from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.robot.recorded_geometry import RecordedGeometry, camera_from_json
-from navtool.datasets.store.schema import IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
@@ -20,6 +20,17 @@ from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
 FOOTPRINT_FRAME = "base_footprint"
 """REP-120: the base frame's projection on the ground."""
 _POSES = {"image": "base_camera", "lidar": "base_lidar", "imu": "base_imu", "odometry": "base_odometry"}
+
+
+class CameraImages(NamedTuple):
+    """The pictures that a camera model is wanted for."""
+
+    topic: str
+    """One whose name says that it is rectified is projected with P and no distortion."""
+    native_size: tuple[int, int] | None
+    """Width and height as recorded, in pixels; None where no picture was read."""
+    row_size: tuple[int, int]
+    """Width and height in the rows, in pixels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,21 +106,14 @@ def read_calibration(path: Path) -> Calibration:
         raise DatasetsError(f"is not a calibration ({error})", where=path, cure="ingest the recording again") from error
 
 
-def calibrate(
-    robot: RobotConfig,
-    recorded: RecordedGeometry,
-    *,
-    image_topic: str | None,
-    native_size: tuple[int, int] | None,
-) -> Calibration:
+def calibrate(robot: RobotConfig, recorded: RecordedGeometry, images: CameraImages | None) -> Calibration:
     """Put together what the recording and the robot's configuration say; what neither says stays None.
 
     Args:
-        image_topic: An image whose name says it is rectified is projected with P and no distortion.
-        native_size: Width and height of the recorded frames in pixels.
+        images: None where no camera model is wanted.
     """
     sources: dict[str, str] = {}
-    camera = _camera(robot, recorded.camera_info, image_topic, native_size, sources)
+    camera = None if images is None else _camera(robot, recorded.camera_info, images, sources)
     tree = recorded.tree
     poses: dict[str, Float64[Array, "4 4"] | None] = {}
     for sensor, name in _POSES.items():
@@ -133,18 +137,12 @@ def calibrate(
 
 
 def _camera(
-    robot: RobotConfig,
-    info: CameraInfoSample | None,
-    image_topic: str | None,
-    native_size: tuple[int, int] | None,
-    sources: dict[str, str],
+    robot: RobotConfig, info: CameraInfoSample | None, images: CameraImages, sources: dict[str, str]
 ) -> CameraModel | None:
-    if image_topic is None:
-        return None
     if info is not None and info.camera.fx > 0:
         model = info.camera
         sources["camera"] = "the recording's CameraInfo"
-        if "rect" in image_topic.removesuffix("/compressed").rsplit("/", 1)[-1]:
+        if "rect" in images.topic.removesuffix("/compressed").rsplit("/", 1)[-1]:
             p, name = info.projection, "projection matrix"
             if not (p[0, 0] > 0 and p[1, 1] > 0):
                 p, name = model.matrix(), "intrinsic matrix (it has no projection matrix)"
@@ -165,7 +163,7 @@ def _camera(
         sources["camera"] = f"robot {robot.name}: camera"
     else:
         return None
-    if native_size is not None and native_size != (model.width, model.height):
-        calibrated, recorded = f"{model.width}x{model.height}", f"{native_size[0]}x{native_size[1]}"
+    if images.native_size is not None and images.native_size != (model.width, model.height):
+        calibrated, recorded = f"{model.width}x{model.height}", f"{images.native_size[0]}x{images.native_size[1]}"
         sources["camera"] += f", calibrated at {calibrated}, recorded at {recorded}"
-    return model.scaled_to(IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX)
+    return model.scaled_to(*images.row_size)

@@ -101,9 +101,9 @@ def write_streams(folder: Path, streams: Mapping[str, TimedStream]) -> None:
     """Write each small stream with its true stamps, one file a stream, in the order of time; NaN stays NaN."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, stream in streams.items():
-        record_ns = np.array(stream.scan.record_ns, dtype=np.int64)[stream.time.order]
+        record_ns = np.array(stream.recorded.record_ns, dtype=np.int64)[stream.time.order]
         columns = {"stamp_ns": stream.time.stamps_ns, "record_ns": record_ns}
-        columns |= {column: stream.values[:, place] for place, column in enumerate(stream.scan.columns)}
+        columns |= {column: stream.values[:, place] for place, column in enumerate(stream.recorded.columns)}
         arrays = [number_array(column) for column in columns.values()]
         table = pa.Table.from_arrays(arrays, names=list(columns))
         pq.write_table(table, folder / f"{name}.parquet", compression="zstd", write_page_checksum=True)

@@ -1,7 +1,7 @@
 """An episode's files before they are part of the data set."""
 
 import shutil
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from navtool.datasets.store.stats import Stats
@@ -9,21 +9,21 @@ from navtool.datasets.store.stats import Stats
 
 @dataclass(frozen=True, slots=True)
 class Numbering:
-    """An episode's place in the data set."""
+    """An episode's number in the data set."""
 
     episode_index: int
     index_from: int
     """Number of rows before it."""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class EpisodeFolder:
     """The staged files of one episode, laid out as they will be in the data set."""
 
     root: Path
     numbering: Numbering
-    rows: int = 0
-    stats: dict[str, Stats] = field(default_factory=dict)
+    rows: int
+    stats: dict[str, Stats]
 
     @property
     def data(self) -> Path:

@@ -32,14 +32,14 @@ def in_base_axes(streams: Mapping[str, TimedStream], calibration: Calibration) -
 
 
 def _turned_imu(stream: TimedStream, base_imu: Float64[Array, "4 4"]) -> TimedStream:
-    if stream.scan.columns != IMU_COLUMNS or np.array_equal(base_imu[:3, :3], np.eye(3)):
+    if stream.recorded.columns != IMU_COLUMNS or np.array_equal(base_imu[:3, :3], np.eye(3)):
         return stream
     turn = base_imu[:3, :3].T
     return replace(stream, values=np.hstack([stream.values[:, :3] @ turn, stream.values[:, 3:] @ turn]))
 
 
 def _moved_odometry(stream: TimedStream, base_child: Float64[Array, "4 4"]) -> TimedStream:
-    if stream.scan.columns != ODOMETRY_COLUMNS or np.array_equal(base_child, np.eye(4)):
+    if stream.recorded.columns != ODOMETRY_COLUMNS or np.array_equal(base_child, np.eye(4)):
         return stream
     values = stream.values.copy()
     known = np.isfinite(values[:, :7]).all(axis=1)

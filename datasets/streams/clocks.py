@@ -6,10 +6,9 @@ import numpy as np
 from jaxtyping import Int64
 
 from navtool.base.errors import DatasetsError
-from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.streams.clock import Jump, StreamTime, mend_jumps, reference_clock, stream_time
 from navtool.datasets.streams.config import SyncConfig
-from navtool.datasets.streams.scan import Scan
+from navtool.datasets.streams.first_pass import FirstPass
 from navtool.pipeline.arrays import Array
 
 
@@ -29,13 +28,13 @@ class Clocks:
     policy: SyncConfig
 
     @classmethod
-    def of(cls, scan: Scan, config: IngestConfig) -> "Clocks":
+    def of(cls, found: FirstPass, policy: SyncConfig) -> "Clocks":
         """The clocks of what the first pass found."""
         header_ns, record_ns, jumps = {}, {}, {}
-        for name, stream in scan.streams.items():
+        for name, stream in found.streams.items():
             recorded, record_ns[name] = stream.stamps
-            header_ns[name], jumps[name] = mend_jumps(recorded, record_ns[name], round(config.sync.clock_step_s * 1e9))
-        return cls(header_ns, record_ns, jumps, config.sync)
+            header_ns[name], jumps[name] = mend_jumps(recorded, record_ns[name], round(policy.clock_step_s * 1e9))
+        return cls(header_ns, record_ns, jumps, policy)
 
     def times(self, grid_stream: str) -> dict[str, StreamTime]:
         """Every stream's time on the clock of the one that makes the grid.

@@ -29,7 +29,7 @@ def turned_odometry(odometry: TimedStream, yaw_rad: float) -> TimedStream:
     x, y, z, w = odometry.columns(*_ATTITUDE).T
     turned = (cosine * x + sine * y, cosine * y - sine * x, cosine * z + sine * w, cosine * w - sine * z)
     values = odometry.values.copy()
-    values[:, [odometry.scan.columns.index(name) for name in _ATTITUDE]] = np.column_stack(turned)
+    values[:, [odometry.recorded.columns.index(name) for name in _ATTITUDE]] = np.column_stack(turned)
     return replace(odometry, values=values)
 
 

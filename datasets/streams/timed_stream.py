@@ -7,7 +7,7 @@ from jaxtyping import Float64
 
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.motion import Motion
-from navtool.datasets.streams.scan import StreamScan
+from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.pipeline.arrays import Array
 
 
@@ -15,18 +15,18 @@ from navtool.pipeline.arrays import Array
 class TimedStream:
     """A small stream in the order of time: stamps and values of the same messages."""
 
-    scan: StreamScan
+    recorded: RecordedStream
     time: StreamTime
     values: Float64[Array, "kept columns"]
 
     @classmethod
-    def of(cls, scan: StreamScan, time: StreamTime) -> "TimedStream":
+    def of(cls, recorded: RecordedStream, time: StreamTime) -> "TimedStream":
         """The stream's rows in the order of their stamps."""
-        return cls(scan, time, scan.values()[time.order])
+        return cls(recorded, time, recorded.values()[time.order])
 
     def columns(self, *names: str) -> Float64[Array, "kept names"]:
         """The named columns."""
-        return self.values[:, [self.scan.columns.index(name) for name in names]]
+        return self.values[:, [self.recorded.columns.index(name) for name in names]]
 
 
 def unit_quaternions(stream: TimedStream) -> Float64[Array, "kept 4"]:

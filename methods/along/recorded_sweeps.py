@@ -7,7 +7,6 @@ import numpy as np
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.messages import PointCloud
-from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.recording import RawMessage, Recording
 from navtool.datasets.recording.changed import changed_meanwhile
 from navtool.datasets.recording.identity import source_name
@@ -17,8 +16,9 @@ from navtool.datasets.robot.recorded_geometry import RecordedGeometry, latest_tr
 from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
 from navtool.datasets.streams.align import in_base_axes
 from navtool.datasets.streams.clocks import Clocks
+from navtool.datasets.streams.config import SyncConfig
+from navtool.datasets.streams.first_pass import FirstPass, first_pass
 from navtool.datasets.streams.odometry_heading import turned_odometry
-from navtool.datasets.streams.scan import Scan, scan_recording
 from navtool.datasets.streams.timed_stream import TimedStream, motion_of
 from navtool.methods.along.sweeps import Pending, SweepConfig, SweepSource
 
@@ -39,25 +39,25 @@ class RecordedSweeps(SweepSource):
 
     def __init__(self, recording: Recording, robot: RobotConfig, config: SweepConfig) -> None:
         topics = _needed_topics(recording, robot)
-        scan = scan_recording(recording, topics, ())
-        if "lidar" not in scan.streams:
+        found = first_pass(recording, topics, ())
+        if "lidar" not in found.streams:
             raise _no_clouds(recording, topics)
-        times = Clocks.of(scan, IngestConfig()).times("lidar")
-        transforms, _ = latest_transforms(scan.transforms)
-        frames = {name: stream.frame_id for name, stream in scan.streams.items()}
-        calibration = calibrate(robot, RecordedGeometry(frames, transforms), image_topic=None, native_size=None)
+        times = Clocks.of(found, SyncConfig()).times("lidar")
+        transforms, _ = latest_transforms(found.transforms)
+        frames = {name: stream.frame_id for name, stream in found.streams.items()}
+        calibration = calibrate(robot, RecordedGeometry(frames, transforms), None)
         odometry = None
-        if "odometry" in scan.streams:
-            recorded = {"odometry": TimedStream.of(scan.streams["odometry"], times["odometry"])}
+        if "odometry" in found.streams:
+            recorded = {"odometry": TimedStream.of(found.streams["odometry"], times["odometry"])}
             odometry = turned_odometry(in_base_axes(recorded, calibration)["odometry"], robot.odometry_yaw_rad)
         motion = motion_of(odometry, config.odometry_gap_s)
-        super().__init__(source_name(recording.path), scan.streams["lidar"].topic, calibration, motion, config)
+        super().__init__(source_name(recording.path), found.streams["lidar"].topic, calibration, motion, config)
         self.notes = [*(f"recovered: {fault}" for fault in recording.faults), *topics.notes, *self.notes]
-        self.notes += _stream_notes(scan)
+        self.notes += _stream_notes(found)
         self._recording = recording
-        if "odometry" in scan.streams:
-            self.odometry_frame = _frame_of(recording, scan.streams["odometry"].topic) or self.odometry_frame
-        self._record_ns = scan.streams["lidar"].record_ns
+        if "odometry" in found.streams:
+            self.odometry_frame = _frame_of(recording, found.streams["odometry"].topic) or self.odometry_frame
+        self._record_ns = found.streams["lidar"].record_ns
         # A cloud without a usable stamp keeps the time of its record, as in a data set.
         self._stamps_ns = np.array(self._record_ns, dtype=np.int64)
         self._stamps_ns[times["lidar"].order] = times["lidar"].stamps_ns
@@ -116,14 +116,14 @@ def _no_clouds(recording: Recording, topics: TopicMap) -> DatasetsError:
     return DatasetsError(f"{what}; it has {listed or 'nothing'}", where=recording.path, cure=cure)
 
 
-def _stream_notes(scan: Scan) -> list[str]:
+def _stream_notes(found: FirstPass) -> list[str]:
     """What cannot be used of odometry and transforms."""
-    notes = [f"{topic}: cannot be used: {fault}" for topic, fault in scan.faults.items()]
+    notes = [f"{topic}: cannot be used: {fault}" for topic, fault in found.faults.items()]
     notes += [
         f"{name}: not one of {stream.undecodable} messages on {stream.topic} can be decoded: {stream.first_fault}"
-        for name, stream in scan.unreadable.items()
+        for name, stream in found.unreadable.items()
     ]
-    odometry = scan.streams.get("odometry")
+    odometry = found.streams.get("odometry")
     if odometry is not None and odometry.undecodable:
         notes.append(f"odometry: {odometry.undecodable} messages cannot be decoded: {odometry.first_fault}")
     return notes

@@ -151,7 +151,7 @@ def test_a_wrong_stamp_or_a_silent_hour_is_refused_and_record_time_is_the_cure(
 def test_a_stream_of_the_grid_may_pause_for_hours_while_another_goes_on(
     drive_entries: Callable[..., Entries], survive: Survive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("navtool.datasets.ingest.plan.MOST_PAUSE_S", 5.0)
+    monkeypatch.setattr("navtool.datasets.ingest.grid.MOST_PAUSE_S", 5.0)
     entries = drive_entries(2.0, streams=("image", "odometry"))
     first_ns = entries[0][2]
     stretched = [(t, k, at + (at - first_ns > 10**9) * 12 * 10**9, f | {"header": {}}) for t, k, at, f in entries]

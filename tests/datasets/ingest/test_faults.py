@@ -13,7 +13,7 @@ from mcap.writer import Writer
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.check import check_dataset
-from navtool.datasets.ingest.steps import segment_step
+from navtool.datasets.ingest.segment_step import segment_step
 from navtool.datasets.store.reader import NavDataset
 from navtool.datasets.store.writer import open_store
 
@@ -158,7 +158,7 @@ def test_a_recording_that_fails_late_leaves_nothing_to_the_next(
         monkeypatch.undo()
         raise DatasetsError("the second reading failed")
 
-    monkeypatch.setattr("navtool.datasets.ingest.ingest.segment_step", fail_once)
+    monkeypatch.setattr("navtool.datasets.ingest.candidate.segment_step", fail_once)
     report = ingested([first, second], tmp_path / "out")
     assert [entry.reason for entry in report.quarantined] == ["the second reading failed"]
     streams = NavDataset(tmp_path / "out").layout.episode(0) / "streams"

@@ -16,7 +16,7 @@ from navtool.base.lineage import file_sha256
 from navtool.base.progress import Silent
 from navtool.base.workers import make_workers
 from navtool.datasets.check import check_dataset
-from navtool.datasets.ingest.steps import segment_step
+from navtool.datasets.ingest.segment_step import segment_step
 from navtool.datasets.labels.apply import label_dataset
 from navtool.datasets.labels.config import LabelConfig
 from navtool.datasets.robot.config import RobotConfig
@@ -75,7 +75,7 @@ def test_the_first_recording_may_fail_late_with_workers(
             raise DatasetsError("the second reading failed")
         return segment_step(path, *rest)
 
-    monkeypatch.setattr("navtool.datasets.ingest.ingest.segment_step", fail_on_a)
+    monkeypatch.setattr("navtool.datasets.ingest.candidate.segment_step", fail_on_a)
     monkeypatch.setattr("navtool.datasets.ingest.ingest.make_workers", lambda _, tell: make_workers(1, tell))
     report = ingested([rich, poor], tmp_path / "out", workers=2, allow_missing=True)
     assert [entry.reason for entry in report.quarantined] == ["the second reading failed"]

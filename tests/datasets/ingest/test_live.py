@@ -17,7 +17,7 @@ from navtool.datasets.check import check_dataset
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.ingest.report import IngestReport
-from navtool.datasets.ingest.steps import segment_step
+from navtool.datasets.ingest.segment_step import segment_step
 from navtool.datasets.robot.config import RobotConfig
 
 Write = Callable[..., Path]
@@ -96,7 +96,7 @@ def test_a_recording_that_is_replaced_between_its_readings_is_told(
             shutil.copy(by, path)
             return segment_step(*arguments)
 
-        monkeypatch.setattr("navtool.datasets.ingest.ingest.segment_step", replace_and_read)
+        monkeypatch.setattr("navtool.datasets.ingest.candidate.segment_step", replace_and_read)
         report = ingested(path, tmp_path / f"out-{number}")
         assert re.search("changed while it was read|no topic /points", report.quarantined[0].reason)
         path.write_bytes(original)

@@ -11,7 +11,7 @@ from navtool.base.errors import DatasetsError
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.ingest.report import IngestReport
-from navtool.datasets.ingest.steps import segment_step
+from navtool.datasets.ingest.segment_step import segment_step
 from navtool.datasets.robot.config import RobotConfig
 
 Write = Callable[..., Path]
@@ -113,7 +113,7 @@ def test_a_second_reading_that_fails_is_counted_as_far_as_it_came(
             raise DatasetsError("the second reading failed")
         return result
 
-    monkeypatch.setattr("navtool.datasets.ingest.ingest.segment_step", fail_on_a)
+    monkeypatch.setattr("navtool.datasets.ingest.candidate.segment_step", fail_on_a)
     # The second recording is planned for the first one's contents, and again once that has failed.
     _, report = watched([rich, poor], tmp_path / "out", allow_missing=True)
     assert [entry.reason for entry in report.quarantined] == ["the second reading failed"]
@@ -142,7 +142,7 @@ def test_half_of_the_frames_and_clouds_are_read_when_half_of_the_work_is_told(
         meter.part = timed
         return segment_step(path, segment, config, staged, meter)
 
-    monkeypatch.setattr("navtool.datasets.ingest.ingest.segment_step", ticking)
+    monkeypatch.setattr("navtool.datasets.ingest.candidate.segment_step", ticking)
     paths = [write_recording("mcap_zstd", drive_entries(4.0, seed=n), name=f"run-{n}") for n in range(4)]
     ingest(paths, tmp_path / "out", RobotConfig(), IngestConfig(), progress=watch)
     even = (np.arange(len(clock)) + 1) / len(clock)

@@ -31,7 +31,7 @@ from navtool.datasets.recording import RawMessage, Recording, open_recording
 from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.robot.topic_map import resolve_topic_map
 from navtool.datasets.store.reader import NavDataset
-from navtool.datasets.streams.scan import scan_recording
+from navtool.datasets.streams.first_pass import first_pass
 
 ROS2 = ("unitree_ros2", "spot_ros2", "clearpath_ros2", "turtlebot4", "go2")
 SHARE = np.arange(POINTS) / POINTS
@@ -172,9 +172,9 @@ def test_a_message_that_feeds_three_streams_is_decoded_once(
 
     monkeypatch.setattr(Recording, "decode", counted)
     with open_recording(write_recording("mcap", drive.entries)) as recording:
-        scan = scan_recording(recording, resolve_topic_map(robot.topics, recording.topics), ())
+        found = first_pass(recording, resolve_topic_map(robot.topics, recording.topics), ())
     assert len(decoded) == len(drive.entries)
-    assert [len(scan.streams[name].rows) for name in ("imu", "joints", "battery")] == [100, 100, 100]
+    assert [len(found.streams[name].rows) for name in ("imu", "joints", "battery")] == [100, 100, 100]
 
 
 @pytest.mark.parametrize("preset", ROS2)

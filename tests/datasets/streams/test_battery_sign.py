@@ -15,15 +15,17 @@ from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.store.reader import NavDataset
 from navtool.datasets.streams.battery_sign import discharge_sign
 from navtool.datasets.streams.clock import StreamTime
+from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.rows import BATTERY_COLUMNS
-from navtool.datasets.streams.scan import StreamScan
 from navtool.datasets.streams.timed_stream import TimedStream
 
 
 def battery(currents: list[float]) -> TimedStream:
-    scan = StreamScan("/battery", rows=[(current, np.nan, np.nan) for current in currents], columns=BATTERY_COLUMNS)
+    recorded = RecordedStream(
+        "/battery", rows=[(current, np.nan, np.nan) for current in currents], columns=BATTERY_COLUMNS
+    )
     order = np.arange(len(currents))
-    return TimedStream.of(scan, StreamTime(order, order, "record"))
+    return TimedStream.of(recorded, StreamTime(order, order, "record"))
 
 
 CURRENTS = st.lists(st.floats(-80, 80) | st.just(np.nan), min_size=1, max_size=30)

@@ -16,8 +16,8 @@ from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.store.reader import NavDataset
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.odometry_heading import heading_notes, turned_odometry
+from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.rows import ODOMETRY_COLUMNS
-from navtool.datasets.streams.scan import StreamScan
 from navtool.datasets.streams.timed_stream import TimedStream, motion_of
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import rpy_from_transform
@@ -53,9 +53,9 @@ def driven(
 
 
 def stream(time_s: Array, values: Array) -> TimedStream:
-    scan = StreamScan("/odom", rows=[tuple(row) for row in values.tolist()], columns=ODOMETRY_COLUMNS)
+    recorded = RecordedStream("/odom", rows=[tuple(row) for row in values.tolist()], columns=ODOMETRY_COLUMNS)
     stamps_ns = np.rint(time_s * 1e9).astype(np.int64)
-    return TimedStream.of(scan, StreamTime(stamps_ns, np.arange(stamps_ns.size), "header"))
+    return TimedStream.of(recorded, StreamTime(stamps_ns, np.arange(stamps_ns.size), "header"))
 
 
 @given(roll=st.floats(-1, 1), pitch=st.floats(-1, 1), yaw=angles, turn=angles)

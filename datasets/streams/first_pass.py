@@ -4,9 +4,6 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import numpy as np
-from jaxtyping import Float64, Int64
-
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.messages import (
     CameraInfoSample,
@@ -21,8 +18,8 @@ from navtool.datasets.robot.config import JoyCommand
 from navtool.datasets.robot.topic_map import TopicMap
 from navtool.datasets.streams.clock import NO_STAMP
 from navtool.datasets.streams.fast_rows import FastRows
+from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.rows import StreamRows, rows_of
-from navtool.pipeline.arrays import Array
 
 logger = logging.getLogger(__name__)
 
@@ -30,62 +27,29 @@ LARGE = ("image", "lidar")
 """Streams whose messages are decoded in the second pass only."""
 _TRIES = 5
 """Messages of a large stream that may be broken before the stream counts as unreadable."""
-_MOST = 1e15
-"""No robot measures more, in whatever unit; sums and rates of such numbers still fit into the columns' float32."""
 
 
 @dataclass(slots=True)
-class StreamScan:
-    """What the first pass keeps of one stream, in the order of record."""
-
-    topic: str
-    header_ns: list[int] = field(default_factory=list)
-    record_ns: list[int] = field(default_factory=list)
-    rows: list[tuple[float, ...]] = field(default_factory=list)
-    columns: tuple[str, ...] = ()
-    joint_names: tuple[str, ...] = ()
-    frame_id: str = ""
-    undecodable: int = 0
-    first_fault: str = ""
-    native_size: tuple[int, int] | None = None
-    beyond_measure: int = 0
-    """Numbers that ``values`` left out."""
-
-    @property
-    def stamps(self) -> tuple[Int64[Array, " n"], Int64[Array, " n"]]:
-        """Header stamps (-1 without header) and record times in ns."""
-        return np.array(self.header_ns, dtype=np.int64), np.array(self.record_ns, dtype=np.int64)
-
-    def values(self) -> Float64[Array, "n columns"]:
-        """The decoded rows of a small stream; numbers that are infinite or beyond 1e15 become NaN and are counted."""
-        table = np.array(self.rows, dtype=np.float64).reshape(len(self.rows), len(self.columns))
-        beyond = np.abs(table) > _MOST
-        self.beyond_measure = int(np.count_nonzero(beyond))
-        table[beyond] = np.nan
-        return table
-
-
-@dataclass(slots=True)
-class Scan:
-    """The first pass's result."""
+class FirstPass:
+    """What the first pass found."""
 
     topics: TopicMap
-    streams: dict[str, StreamScan]
+    streams: dict[str, RecordedStream]
     camera_info: CameraInfoSample | None = None
     transforms: list[Transform] = field(default_factory=list)
     faults: dict[str, str] = field(default_factory=dict)
     """Calibrations and transforms that cannot be used: the first fault by topic."""
-    unreadable: dict[str, StreamScan] = field(default_factory=dict)
+    unreadable: dict[str, RecordedStream] = field(default_factory=dict)
     """Streams of which not one message can be decoded."""
 
 
-def scan_recording(
+def first_pass(
     recording: Recording,
     topics: TopicMap,
     joint_names: tuple[str, ...],
     joy: JoyCommand | None = None,
-    reached: Callable[[int], None] | None = None,
-) -> Scan:
+    on_reached: Callable[[int], None] | None = None,
+) -> FirstPass:
     """Read every mapped topic once, in the order of record.
 
     Images and clouds are not decoded beyond the first one (for its frame and size); every other stream is kept in
@@ -94,7 +58,7 @@ def scan_recording(
     Args:
         joint_names: Order of the joints' columns; empty takes the first message's.
         joy: What a joystick's axes mean, where one feeds the command.
-        reached: Called with the record time of each message read.
+        on_reached: Called with the record time of each message read.
 
     Raises:
         DatasetsError: If the recording cannot be read on, or no image or cloud of a mapped stream can be decoded.
@@ -104,30 +68,32 @@ def scan_recording(
         by_topic.setdefault(topic, []).append(stream)
     kinds = {topic.name: topic.type for topic in recording.topics}
     static = tuple(x for x in topics.transforms if x.endswith("tf_static") or kinds[x].startswith("foxglove"))
-    scan = Scan(topics, {name: StreamScan(topic) for name, topic in topics.streams().items() if name != "camera_info"})
-    if "joints" in scan.streams:
-        scan.streams["joints"].joint_names = joint_names
+    found = FirstPass(
+        topics, {name: RecordedStream(topic) for name, topic in topics.streams().items() if name != "camera_info"}
+    )
+    if "joints" in found.streams:
+        found.streams["joints"].joint_names = joint_names
     fast = FastRows(recording)
     for raw in recording.messages((*by_topic, *static)):
         message = _Message(recording, raw)
         for stream in by_topic.get(raw.topic, ("transforms",)):
             if stream in ("transforms", "camera_info"):
-                _add_geometry(scan, recording, raw)
+                _add_geometry(found, recording, raw)
             elif stream in LARGE:
-                _add_stamp(scan.streams[stream], recording, raw)
+                _add_stamp(found.streams[stream], recording, raw)
             else:
-                _add_row(scan.streams[stream], stream, joy, message, fast)
-        if reached is not None:
-            reached(raw.record_ns)
+                _add_row(found.streams[stream], stream, joy, message, fast)
+        if on_reached is not None:
+            on_reached(raw.record_ns)
     for stream in LARGE:
-        if stream in scan.streams:
-            _require_decodable(scan.streams[stream], stream)
-    scan.unreadable = {name: x for name, x in scan.streams.items() if not x.record_ns and x.undecodable}
-    scan.streams = {name: stream for name, stream in scan.streams.items() if stream.record_ns}
-    return scan
+        if stream in found.streams:
+            _require_decodable(found.streams[stream], stream)
+    found.unreadable = {name: x for name, x in found.streams.items() if not x.record_ns and x.undecodable}
+    found.streams = {name: stream for name, stream in found.streams.items() if stream.record_ns}
+    return found
 
 
-def _add_stamp(stream: StreamScan, recording: Recording, raw: RawMessage) -> None:
+def _add_stamp(stream: RecordedStream, recording: Recording, raw: RawMessage) -> None:
     try:
         stamp = recording.header_stamp_ns(raw)
     except DatasetsError as error:
@@ -168,7 +134,7 @@ class _Message:
         return self._decoded
 
 
-def _add_row(stream: StreamScan, name: str, joy: JoyCommand | None, message: _Message, fast: FastRows) -> None:
+def _add_row(stream: RecordedStream, name: str, joy: JoyCommand | None, message: _Message, fast: FastRows) -> None:
     raw = message.raw
     rows = _fast_row(stream, name, fast, raw)
     if rows is None:
@@ -184,7 +150,7 @@ def _add_row(stream: StreamScan, name: str, joy: JoyCommand | None, message: _Me
     stream.rows.append(rows.values)
 
 
-def _fast_row(stream: StreamScan, name: str, fast: FastRows, raw: RawMessage) -> StreamRows | None:
+def _fast_row(stream: RecordedStream, name: str, fast: FastRows, raw: RawMessage) -> StreamRows | None:
     if name == "command" and not raw.type.endswith("/TwistStamped"):
         return None
     rows = fast.row(raw)
@@ -192,33 +158,33 @@ def _fast_row(stream: StreamScan, name: str, fast: FastRows, raw: RawMessage) ->
     return None if other else rows
 
 
-def _add_geometry(scan: Scan, recording: Recording, raw: RawMessage) -> None:
+def _add_geometry(found: FirstPass, recording: Recording, raw: RawMessage) -> None:
     """The first usable calibration, and every static transform; one that cannot be used is noted once a topic."""
-    if raw.topic == scan.topics.camera_info and scan.camera_info is not None:
+    if raw.topic == found.topics.camera_info and found.camera_info is not None:
         return
     try:
         sample = recording.decode(raw)
     except DatasetsError as error:
-        scan.faults.setdefault(raw.topic, error.what)
+        found.faults.setdefault(raw.topic, error.what)
         return
     if isinstance(sample, CameraInfoSample):
-        scan.camera_info = sample
+        found.camera_info = sample
     elif isinstance(sample, TransformsSample):
         if raw.type.startswith("foxglove"):
             # Static and moving frames share a topic: of each pair the first counts.
-            known = {(x.parent, x.child) for x in scan.transforms}
-            scan.transforms += [x for x in sample.transforms if (x.parent, x.child) not in known]
+            known = {(x.parent, x.child) for x in found.transforms}
+            found.transforms += [x for x in sample.transforms if (x.parent, x.child) not in known]
         else:
-            scan.transforms.extend(sample.transforms)
+            found.transforms.extend(sample.transforms)
 
 
-def _count_fault(stream: StreamScan, error: DatasetsError) -> None:
+def _count_fault(stream: RecordedStream, error: DatasetsError) -> None:
     stream.undecodable += 1
     stream.first_fault = stream.first_fault or error.what
     logger.debug("%s: %s", stream.topic, error)
 
 
-def _require_decodable(stream: StreamScan, name: str) -> None:
+def _require_decodable(stream: RecordedStream, name: str) -> None:
     if stream.record_ns and stream.native_size is None:
         raise DatasetsError(
             f"none of the first {stream.undecodable} messages can be decoded: {stream.first_fault}",

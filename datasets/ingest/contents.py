@@ -1,0 +1,40 @@
+"""What a recording has, against what its data set has."""
+
+from navtool.base.errors import DatasetsError
+from navtool.datasets.store.schema import Contents
+from navtool.datasets.streams.first_pass import FirstPass
+
+
+def contents_of(found: FirstPass) -> Contents:
+    """The streams of a recording."""
+    joints = found.streams.get("joints")
+    return Contents(
+        image="image" in found.streams,
+        lidar="lidar" in found.streams,
+        imu="imu" in found.streams,
+        joint_names=joints.joint_names if joints is not None else (),
+        battery="battery" in found.streams,
+    )
+
+
+def refuse_other_contents(fixed: Contents, found: Contents, *, allow_missing: bool) -> None:
+    """A recording must have every stream that the data set has.
+
+    Raises:
+        DatasetsError: It lacks some, and that is not allowed.
+    """
+    missing = [name for name in _streams_of(fixed) if name not in _streams_of(found)]
+    if missing and not allow_missing:
+        raise DatasetsError(
+            f"lacks {', '.join(missing)}, which the data set has",
+            cure="pass --allow-missing to take it with these marked as not valid, or use another folder",
+        )
+
+
+def streams_left_out(fixed: Contents, found: Contents) -> list[str]:
+    """Streams that a recording has and the data set has not."""
+    return [name for name in _streams_of(found) if name not in _streams_of(fixed)]
+
+
+def _streams_of(contents: Contents) -> tuple[str, ...]:
+    return tuple(name for name in contents.streams() if name not in ("state", "action"))

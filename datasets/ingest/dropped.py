@@ -1,0 +1,28 @@
+"""Messages of a recording that reach no row, as far as the first pass knows."""
+
+from collections.abc import Mapping
+
+from navtool.datasets.ingest.grid import Grid
+from navtool.datasets.ingest.large_stream import LargeStream
+from navtool.datasets.store.schema import Contents
+from navtool.datasets.streams.first_pass import LARGE, FirstPass
+
+
+def dropped_messages(
+    found: FirstPass, grid: Grid, large: Mapping[str, LargeStream], contents: Contents
+) -> dict[str, int]:
+    """Counts of messages that reach no row, by reason; the native streams and clouds keep them all the same."""
+    counts: dict[str, int] = {}
+    for name, stream in large.items():
+        if getattr(contents, name):
+            inside = [n for n, stamp in stream.stamps_ns.items() if grid.ticks_ns[0] <= stamp <= grid.ticks_ns[-1]]
+            counts[f"{name}: outside the grid"] = len(stream.stamps_ns) - len(inside)
+            unserving = sum(n not in stream.episode_ticks for n in inside)
+            counts[f"{name}: another message is nearer to the tick"] = unserving
+    for name, time in grid.times.items():
+        counts[f"{name}: stamp repeated"] = time.repeated
+        counts[f"{name}: no stamp"] = time.unstamped
+        if name not in LARGE:
+            counts[f"{name}: cannot be decoded"] = found.streams[name].undecodable
+    counts |= {f"{name}: cannot be decoded": stream.undecodable for name, stream in found.unreadable.items()}
+    return {reason: count for reason, count in counts.items() if count}

@@ -1,0 +1,63 @@
+"""Images and clouds of an episode: which message serves which ticks."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int64
+
+from navtool.datasets.ingest.grid import Grid
+from navtool.datasets.store.data_file import Column
+from navtool.datasets.store.schema import Contents
+from navtool.datasets.streams.clock import StreamTime
+from navtool.datasets.streams.config import StreamSync, SyncConfig
+from navtool.datasets.streams.first_pass import LARGE, FirstPass
+from navtool.datasets.streams.recorded_stream import RecordedStream
+from navtool.datasets.streams.sync import Match, choose, nearest
+from navtool.pipeline.arrays import Array
+
+
+@dataclass(slots=True)
+class LargeStream:
+    """Images or clouds: which message, counted in the order of record, serves which ticks."""
+
+    topic: str
+    record_ns: Int64[Array, " messages"]
+    """When each message was recorded, in that order."""
+    episode_ticks: dict[int, list[int]]
+    """Ticks of the episode that a message serves."""
+    stamps_ns: dict[int, int]
+    """Time on the grid's clock of every message with a usable stamp, by its position in the order of record."""
+    match: Match
+
+
+def large_streams(found: FirstPass, grid: Grid, contents: Contents, sync: SyncConfig) -> dict[str, LargeStream]:
+    """The large streams that are read again: those of the rows, and clouds in any case, which are kept whole."""
+    return {
+        name: _large(found.streams[name], grid.times[name], grid.ticks_ns, sync.gridded()[name])
+        for name in LARGE
+        if name in found.streams and (getattr(contents, name) or name == "lidar")
+    }
+
+
+def served_columns(
+    large: Mapping[str, LargeStream], contents: Contents, ticks_ns: Int64[Array, " ticks"]
+) -> dict[str, Column]:
+    """Which ticks a large stream of the rows serves, and how far from them its messages lie."""
+    nothing: Array = np.array([], dtype=np.int64)
+    columns: dict[str, Column] = {}
+    for name in LARGE:
+        if getattr(contents, name):
+            match = large[name].match if name in large else nearest(nothing, ticks_ns, 1.0)
+            columns[f"valid.{name}"] = match.valid.copy()
+            columns[f"sync.error_s.{name}"] = match.error_s.astype(np.float32)
+    return columns
+
+
+def _large(stream: RecordedStream, time: StreamTime, ticks_ns: Int64[Array, " ticks"], sync: StreamSync) -> LargeStream:
+    match = choose(sync.method, time.stamps_ns, ticks_ns, sync.tolerance_s)
+    episode_ticks: dict[int, list[int]] = {}
+    for tick in np.flatnonzero(match.valid).tolist():
+        episode_ticks.setdefault(int(time.order[match.index[tick]]), []).append(tick)
+    stamps = dict(zip(time.order.tolist(), time.stamps_ns.tolist(), strict=True))
+    return LargeStream(stream.topic, stream.stamps[1], episode_ticks, stamps, match)

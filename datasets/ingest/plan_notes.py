@@ -1,0 +1,73 @@
+"""What a user should know of a recording once it was read for the first time."""
+
+from collections.abc import Mapping
+
+from navtool.datasets.recording import Recording
+from navtool.datasets.robot.calibration import Calibration
+from navtool.datasets.robot.gravity import odd_gravity
+from navtool.datasets.streams.first_pass import FirstPass
+from navtool.datasets.streams.timed_stream import TimedStream
+
+
+def stream_faults(recording: Recording, found: FirstPass) -> list[str]:
+    """Notes on what the recording's files and values are not."""
+    return [
+        *(f"recovered: {fault}" for fault in recording.faults),
+        *found.topics.notes,
+        *(
+            f"{name}: {stream.beyond_measure} values are infinite or beyond 1e15: not measured"
+            for name, stream in found.streams.items()
+            if stream.beyond_measure
+        ),
+    ]
+
+
+def geometry_notes(found: FirstPass, calibration: Calibration, changed: tuple[str, ...]) -> list[str]:
+    """Notes on calibrations and poses that are missing or contradict each other.
+
+    Args:
+        changed: Static transforms that were published with different values.
+    """
+    return [
+        *_calibration_notes(found, calibration),
+        *(f"tf_static: {pair} was published with different values; the last one counts" for pair in changed),
+    ]
+
+
+def gravity_notes(imu: TimedStream | None) -> list[str]:
+    """A note on gravity where it is not what it should be."""
+    odd = None if imu is None else odd_gravity(imu.columns("ax_mps2", "ay_mps2", "az_mps2"))
+    return [f"imu: {odd}"] if odd else []
+
+
+def unreadable_notes(found: FirstPass) -> list[str]:
+    """Notes on streams of which not one message can be decoded."""
+    return [
+        f"{name}: not one of {stream.undecodable} messages on {stream.topic} can be decoded: {stream.first_fault}"
+        for name, stream in found.unreadable.items()
+    ]
+
+
+def deskew_notes(small: Mapping[str, TimedStream], *, wanted: bool) -> list[str]:
+    """A note where clouds are to be compensated for a motion that was not recorded."""
+    if not wanted or "odometry" in small:
+        return []
+    return ["lidar: no odometry to compensate the robot's motion with; points stay as measured"]
+
+
+def _calibration_notes(found: FirstPass, calibration: Calibration) -> list[str]:
+    notes = [f"{topic}: cannot be used: {fault}" for topic, fault in found.faults.items()]
+    if "image" in found.streams and calibration.camera is None:
+        notes.append("camera: no CameraInfo and none in the robot's configuration; trajectory images cannot be made")
+    for sensor, pose in (
+        ("image", calibration.base_camera),
+        ("lidar", calibration.base_lidar),
+        ("imu", calibration.base_imu),
+        ("odometry", calibration.base_odometry),
+    ):
+        stated = sensor != "odometry" or bool(found.streams[sensor].frame_id) if sensor in found.streams else False
+        if stated and pose is None:
+            frame = found.streams[sensor].frame_id or "(none)"
+            kept = "its pose stays unknown" if sensor == "image" else "its axes are taken for the base frame's"
+            notes.append(f"{sensor}: no transform from the base frame to {frame} and no mounting configured; {kept}")
+    return notes
