@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from navtool.base.navtool_error import NavtoolError
+from navtool.base.errors import NavtoolError
 
 _CURE = "the command's `--cfg job` prints every key with its value"
 _CURE_STRAY = "set settings with KEY=VALUE; folders and files are named with options, see the command's `--help`"
@@ -101,11 +101,16 @@ def to_typed[T](composed: object, result: type[T]) -> T:
     """
     from omegaconf import OmegaConf
 
+    from navtool.cli.faulty_setting import Refusal, refusal
+
     try:
-        with wrong_call(), usage_errors():
+        with usage_errors():
             typed = OmegaConf.to_object(composed)
-    except ValueError as error:
-        raise UsageError(_readable(error), cure=_CURE) from error
+    except (NavtoolError, ValueError) as error:
+        if isinstance(error, UsageError):
+            raise
+        refused = refusal(composed) or Refusal(None, _readable(error), None)
+        raise UsageError(refused.what, where=refused.where, cure=refused.cure or _CURE) from error
     if not isinstance(typed, result):
         raise TypeError(f"composed {type(typed).__name__} instead of {result.__name__}")
     return typed

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from navtool.base.navtool_error import NavtoolError
+    from navtool.base.errors import NavtoolError
 
 _EXTRAS = {
     "train": ("lightning", "matplotlib", "safetensors", "tensorboard", "torch", "torchvision"),
@@ -14,7 +14,7 @@ _EXTRAS = {
 
 def missing_extra(error: ModuleNotFoundError) -> "NavtoolError | None":
     """The error that names the extra to install; None where the module belongs to none of them."""
-    from navtool.base.navtool_error import NavtoolError
+    from navtool.base.errors import NavtoolError
 
     package = (error.name or "").partition(".")[0]
     for extra, packages in _EXTRAS.items():

@@ -5,7 +5,7 @@ import sys
 
 import typer
 
-from navtool.base.navtool_error import NavtoolError
+from navtool.base.errors import NavtoolError
 from navtool.cli.check import check
 from navtool.cli.console import print_error
 from navtool.cli.demo import demo

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.utils.data import default_collate
 
-from navtool.base.navtool_error import NavtoolError
+from navtool.base.errors import NavtoolError
 from navtool.train.checkpoint import LoadedRun
 from navtool.train.errors import TrainError
 from navtool.train.models import kind_of

@@ -9,7 +9,7 @@ from typing import Any
 import safetensors.torch
 import torch
 
-from navtool.base.navtool_error import NavtoolError
+from navtool.base.errors import NavtoolError
 from navtool.base.plain import plain_fields
 from navtool.export import model_checks
 from navtool.export.artefact import MODEL, check_files, kind_fault

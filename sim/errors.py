@@ -1,6 +1,6 @@
 """The error of the sim package."""
 
-from navtool.base.navtool_error import NavtoolError
+from navtool.base.errors import NavtoolError
 
 
 class SimError(NavtoolError):

@@ -1,6 +1,6 @@
 """The error of the train package."""
 
-from navtool.base.navtool_error import NavtoolError
+from navtool.base.errors import NavtoolError
 
 
 class TrainError(NavtoolError):

@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from navtool.base.errors import DatasetsError
-from navtool.base.navtool_error import NavtoolError
+from navtool.base.errors import DatasetsError, NavtoolError
 from navtool.train.checkpoint import checkpoint_stamp, load_run, read_checkpoint
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
