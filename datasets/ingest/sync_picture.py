@@ -31,12 +31,12 @@ def sync_picture(report: dict[str, Any], columns: dict[str, Column], fps: int) -
     streams: dict[str, dict[str, Any]] = report["streams"]
     height = _TOP + _LANE * len(streams) + 34
     seconds = max(report["ticks"] / fps, 1 / fps)
-    told = f"{report['ticks']} ticks at {fps} Hz; the grid follows {escape(str(report['grid_stream']))}"
+    caption = f"{report['ticks']} ticks at {fps} Hz; the grid follows {escape(str(report['grid_stream']))}"
     legend = "blue: served; red: not valid; line: largest distance from the tick, full height is its tolerance"
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {height}" role="img">',
         f"<title>Sync of {report['ticks']} ticks over {seconds:.1f} s</title><style>{_STYLE}</style>",
-        f'<text x="{_LEFT}" y="18">{told}</text>',
+        f'<text x="{_LEFT}" y="18">{caption}</text>',
         f'<text class="dim" x="{_LEFT}" y="34">{legend}</text>',
     ]
     for number, (name, stream) in enumerate(streams.items()):

@@ -117,7 +117,7 @@ def _against_record(header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"]
 
 
 def _drift_ppm(offset_s: Float64[Array, " n"], record_ns: Int64[Array, " n"]) -> float | None:
-    """Gain of the header clock on the recorder's in millionths; None for recordings too short to tell.
+    """Gain of the header clock on the recorder's in millionths; None where a recording is too short.
 
     Taken between the least delayed messages of the first and the last fifth: delays only ever push one way.
     """
