@@ -15,7 +15,6 @@ from navtool.train.checkpoint import LoadedRun
 from navtool.train.errors import TrainError
 from navtool.train.models import kind_of
 from navtool.train.run_lineage import dataset_path, splits_of
-from navtool.train.samples import Batch
 from navtool.train.splits import Split
 
 GOLDEN = "golden.safetensors"
@@ -50,9 +49,9 @@ def golden_inputs(run: LoadedRun, where: Path) -> GoldenInputs:
     except NavtoolError as error:
         samples = kind.task.samples(kind.stand_in(run.config.model), [0], run.config)
         chosen, name = _evenly(len(samples)).tolist(), f"synthetic ({error.what})"
-    batch: Batch = default_collate([samples[index] for index in chosen])
+    inputs = kind.inputs(default_collate([samples[index] for index in chosen]))
     specs = kind.contract(run.config.model).inputs
-    return GoldenInputs({spec.name: tensor for spec, tensor in zip(specs, batch.inputs(), strict=True)}, name)
+    return GoldenInputs({spec.name: tensor for spec, tensor in zip(specs, inputs, strict=True)}, name)
 
 
 def _evenly(count: int) -> NDArray[np.int64]:

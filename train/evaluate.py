@@ -17,7 +17,7 @@ from navtool.train.device import torch_device
 from navtool.train.errors import TrainError
 from navtool.train.judgement import Judgement, Table
 from navtool.train.models import kind_of
-from navtool.train.predict import judge_batches
+from navtool.train.predict import predict
 from navtool.train.run_folder import RunFolder
 from navtool.train.run_lineage import dataset_path, splits_of
 from navtool.train.samples import SampleReport
@@ -145,8 +145,8 @@ def evaluate_scorer(
         episodes = tuple(episode.index for episode in source.episodes)
     else:
         episodes = splits_of(lineage, source).episodes(split)
-    task = kind_of(config.model).task
-    samples = task.samples(source, episodes, config)
+    kind = kind_of(config.model)
+    samples = kind.task.samples(source, episodes, config)
     if not len(samples):
         reasons = samples.report.told() or "no episodes"
         raise TrainError(
@@ -156,7 +156,10 @@ def evaluate_scorer(
         )
     loader = sample_loader(samples, config.trainer.batch_size, workers=0)
     begin = time.perf_counter()
-    judgement = judge_batches(score, loader, task.judge(config), device)
+    judge = kind.task.judge(config)
+    for batch in loader:
+        judge.add(batch, predict(score, kind.inputs(batch), device))
+    judgement = judge.result()
     seconds = time.perf_counter() - begin
     return EvaluationReport(
         source=origin.source,

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from torch import nn
+from torch import Tensor, nn
 
 from navtool.train.contract import Contract, Law, Timed, forward
 from navtool.train.model_config import ModelConfig
@@ -22,6 +22,8 @@ class ModelKind[ConfigT: ModelConfig, NetworkT: nn.Module]:
     """Its settings, ``model.*``. No two kinds share a class: a configuration's class says which kind it is of."""
     build: Callable[[ConfigT], NetworkT]
     """The network with weights drawn from torch's generator; reads no file."""
+    inputs: Callable[[Any], tuple[Tensor, ...]]
+    """What the network's forward takes of the task's batch, in the order of the contract."""
     begin: Callable[[NetworkT], None] | None = None
     """What is done to a network once, where its run begins, such as loading pretrained weights."""
     check_source: Callable[[Any, int, ConfigT], None] | None = None

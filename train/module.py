@@ -22,8 +22,8 @@ class NetworkModule(pl.LightningModule):
         super().__init__()
         self.model = model
         self._config = config
-        self._task = kind_of(config.model).task
-        self._judge = self._task.judge(config)
+        self._kind = kind_of(config.model)
+        self._judge = self._kind.task.judge(config)
 
     def configure_optimizers(self) -> torch.optim.Optimizer:
         """Adam with the configured step size and penalty."""
@@ -40,7 +40,7 @@ class NetworkModule(pl.LightningModule):
         Raises:
             TrainError: The loss is not finite.
         """
-        loss, weight = self._task.loss(self.model(*batch.inputs()), batch)
+        loss, weight = self._kind.task.loss(self.model(*self._kind.inputs(batch)), batch)
         if not bool(torch.isfinite(loss)):
             raise TrainError(
                 f"the loss is {loss.item()} in epoch {self.current_epoch}",
@@ -52,11 +52,11 @@ class NetworkModule(pl.LightningModule):
 
     def on_validation_epoch_start(self) -> None:
         """Forget the epoch before."""
-        self._judge = self._task.judge(self._config)
+        self._judge = self._kind.task.judge(self._config)
 
     def validation_step(self, batch: Batch) -> None:
         """Show a batch to the judge."""
-        self._judge.add(batch, self.model(*batch.inputs()))
+        self._judge.add(batch, self.model(*self._kind.inputs(batch)))
 
     def on_validation_epoch_end(self) -> None:
         """Log the loss and the task's figures; what the samples do not define is not logged."""

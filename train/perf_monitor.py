@@ -44,7 +44,7 @@ class PerfMonitor(pl.Callback):
     ) -> None:
         """Mark the end of the step."""
         del trainer, pl_module, outputs, batch_idx
-        self._epoch_samples += len(batch.inputs()[0])
+        self._epoch_samples += len(batch[0])
         self._mark = time.perf_counter()
 
     def on_train_epoch_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:

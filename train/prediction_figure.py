@@ -7,6 +7,7 @@ import numpy as np
 from lightning.pytorch.loggers import TensorBoardLogger
 
 from navtool.train.config import TrainConfig
+from navtool.train.models import kind_of
 from navtool.train.module import NetworkModule
 from navtool.train.predict import predict_samples
 from navtool.train.samples import Batch, Samples
@@ -17,6 +18,7 @@ class PredictionFigure[BatchT: Batch](pl.Callback):
     """Draws the same validation samples after epochs 1, 2, 4, 8, ... and the last: few pictures, however long a run."""
 
     def __init__(self, picture: Picture[Any, BatchT, Any], samples: Samples[BatchT], config: TrainConfig) -> None:
+        self._kind = kind_of(config.model)
         count = config.trainer.figure_samples
         self._picture = picture
         self._samples = samples
@@ -33,6 +35,6 @@ class PredictionFigure[BatchT: Batch](pl.Callback):
         ):
             return
         samples = [self._samples[index] for index in self._chosen]
-        output = predict_samples(pl_module.model, samples, pl_module.device)
+        output = predict_samples(self._kind, pl_module.model, samples, pl_module.device)
         figure = self._picture.draw(samples, output, self._config)
         logger.experiment.add_figure("val/predictions", figure, global_step=trainer.global_step)

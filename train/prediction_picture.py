@@ -29,7 +29,8 @@ def prediction_picture(run: Path, dataset: Path, split: Split = Split.test, coun
         DatasetsError: The data set cannot be read.
     """
     loaded = load_run(run)
-    task = kind_of(loaded.config.model).task
+    kind = kind_of(loaded.config.model)
+    task = kind.task
     if task.picture is None:
         raise TrainError(f"the model {name_of(loaded.config.model)} has no picture of its predictions", where=run)
     source = task.open(dataset)
@@ -38,7 +39,7 @@ def prediction_picture(run: Path, dataset: Path, split: Split = Split.test, coun
         raise TrainError(f"the {split.value} split has no samples", where=run, cure="choose another split")
     chosen = [samples[index] for index in task.picture.choose(samples, count)]
     device = torch_device(Device.auto)
-    output = predict_samples(loaded.model.to(device), chosen, device)
+    output = predict_samples(kind, loaded.model.to(device), chosen, device)
     picture = BytesIO()
     task.picture.draw(chosen, output, loaded.config).savefig(picture, format="png", metadata={"Software": None})
     return picture.getvalue()

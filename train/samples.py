@@ -2,19 +2,14 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 from torch.utils.data import Dataset
 
-
-class Batch(Protocol):
-    """Tensors of one sample, or of several with a leading batch axis; a NamedTuple, which loaders know to stack."""
-
-    def inputs(self) -> tuple[Tensor, ...]:
-        """What the network's forward takes, in the order of its contract."""
+type Batch = tuple[Tensor, ...]
+"""Tensors of one sample, or of several with a leading batch axis: a NamedTuple, which loaders know to stack."""
 
 
 @dataclass(frozen=True, slots=True)

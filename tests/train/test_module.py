@@ -41,7 +41,7 @@ def dataset(world: SyntheticConfig) -> SampleDataset:
 def predictions(world: SyntheticConfig, batch_size: int) -> Predictions:
     model, log = Bright().eval(), PredictionLog()
     for batch in sample_loader(dataset(world), batch_size, workers=0):
-        log.add(batch, predict(model, batch, torch.device("cpu")))
+        log.add(batch, predict(model, batch.inputs(), torch.device("cpu")))
     return log.predictions()
 
 

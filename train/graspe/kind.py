@@ -9,6 +9,7 @@ from navtool.train.graspe.graspe import Graspe
 from navtool.train.graspe.onboard import OnboardGraspe
 from navtool.train.model_kind import ModelKind
 from navtool.train.source import NavSource
+from navtool.train.success.samples import Sample
 from navtool.train.success.task import SUCCESS
 from navtool.train.synthetic import SyntheticConfig, SyntheticSource
 
@@ -38,6 +39,7 @@ GRASPE = ModelKind(
     task=SUCCESS,
     config=GraspeConfig,
     build=Graspe,
+    inputs=Sample.inputs,
     begin=Graspe.load_pretrained_image_weights,
     check_source=check_image_size,
     stand_in=_stand_in,

@@ -7,6 +7,7 @@ from torch import Tensor
 
 from navtool.datasets.store.reader import NavDataset
 from navtool.train.config import TrainConfig
+from navtool.train.source import NavSource
 from navtool.train.success.figure import prediction_figure
 from navtool.train.success.judge import SuccessJudge
 from navtool.train.success.loss import masked_mse
@@ -37,7 +38,7 @@ def _draw(samples: Sequence[Sample], output: Tensor, config: TrainConfig) -> Fig
     return prediction_figure(samples, probability, success_threshold=config.metrics.success_threshold)
 
 
-SUCCESS = Task(
+SUCCESS: Task[NavSource, SampleDataset, Sample, Tensor] = Task(
     open=NavDataset,
     samples=success_samples,
     hold=hold_rows,
