@@ -8,7 +8,7 @@ import pytest
 
 from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import from_plain
-from navtool.base.lineage import plain
+from navtool.base.plain import plain
 
 
 @dataclass(kw_only=True)
