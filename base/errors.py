@@ -4,7 +4,7 @@ from pathlib import Path
 
 
 class NavtoolError(Exception):
-    """Bad input, told so that the user can mend it: what is wrong, where, and the cure.
+    """Bad input, in words by which the user can mend it: what is wrong, where, and the cure.
 
     Each package derives one class from it; the command line turns all of them into one message and an exit code.
 

@@ -4,25 +4,25 @@ import threading
 from collections.abc import Callable
 from types import TracebackType
 
-type Tell = Callable[[int, int], None]
+type OnAdvance = Callable[[int, int], None]
 """Called with units of work that were done and units that will not be done; raises where no more work is wanted."""
 
 
 class Meter:
     """Counts the work of one step, from any of its threads.
 
-    Guarantees: what is told never runs backwards, and of a step that has ended it adds up to the step's work: what was
-    not told counts as done where the step succeeded, as not to be done where it failed.
+    Guarantees: what is reported never runs backwards, and of a step that has ended it adds up to the step's work: the
+    rest counts as done where the step succeeded, as not to be done where it failed.
     """
 
-    def __init__(self, work: int, tell: Tell) -> None:
+    def __init__(self, work: int, on_advance: OnAdvance) -> None:
         """Count for a step.
 
         Args:
-            work: Of the whole step, in units.
-            tell: Called from one thread at a time.
+            work: Units of the whole step.
+            on_advance: Called from one thread at a time.
         """
-        self._work, self._left, self._tell = work, work, tell
+        self._work, self._left, self._on_advance = work, work, on_advance
         self._lock = threading.Lock()
 
     def part(self, first: int, last: int, share: float = 1.0) -> Callable[[int], None]:
@@ -30,19 +30,19 @@ class Meter:
 
         Args:
             first: Where the part begins on its scale.
-            last: Where it ends; a place outside counts as the nearer end, one before an earlier one as that one.
+            last: Where it ends; a position outside counts as the nearer end, one before an earlier one as that one.
             share: Of the step's work, 0 to 1.
         """
         work, counted = self._work * share, 0
 
-        def reached(place: int) -> None:
+        def reached(position: int) -> None:
             nonlocal counted
             with self._lock:
-                passed = min(max((place - first) / (last - first), 0.0), 1.0) if last > first else 1.0
+                passed = min(max((position - first) / (last - first), 0.0), 1.0) if last > first else 1.0
                 done = min(max(int(work * passed) - counted, 0), self._left)
                 counted += done
                 self._left -= done
-                self._tell(done, 0)
+                self._on_advance(done, 0)
 
         return reached
 
@@ -50,7 +50,7 @@ class Meter:
         """The rest of the step's work is not to be done."""
         with self._lock:
             spared, self._left = self._left, 0
-            self._tell(0, spared)
+            self._on_advance(0, spared)
 
     def __enter__(self) -> "Meter":
         return self
@@ -63,4 +63,4 @@ class Meter:
             return
         with self._lock:
             done, self._left = self._left, 0
-            self._tell(done, 0)
+            self._on_advance(done, 0)

@@ -89,10 +89,10 @@ class OutputFolder:
         found = read_json(file, _OTHER)
         made = found.get("made_from")
         self.refuse_differing(made if isinstance(made, dict) else {})
-        told = found.get("report")
-        told = {**told, "out": self.root.as_posix()} if isinstance(told, dict) else {}
+        stored = found.get("report")
+        stored = {**stored, "out": self.root.as_posix()} if isinstance(stored, dict) else {}
         names = {entry.name for entry in fields(report)}
-        return from_plain(report, {key: value for key, value in told.items() if key in names}, where=file)
+        return from_plain(report, {key: value for key, value in stored.items() if key in names}, where=file)
 
     @contextmanager
     def staged(self, *, replace: bool = False) -> Iterator[Path]:

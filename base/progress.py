@@ -5,9 +5,9 @@ from typing import Protocol, runtime_checkable
 
 @runtime_checkable
 class Progress(Protocol):
-    """Is told how far a command is; the command line draws it.
+    """Learns how far a command is; the command line draws it.
 
-    Guarantee: as long as nothing ends the command, the work that is told as done or not to be done adds up to what it
+    Guarantee: as long as nothing ends the command, the work reported as done or not to be done adds up to what it
     began with, and never to more.
     """
 

@@ -15,9 +15,9 @@ from typing import Any, Protocol, runtime_checkable
 import cv2
 
 from navtool.base.errors import OutputError
-from navtool.base.meter import Meter, Tell
+from navtool.base.meter import Meter, OnAdvance
 
-_TELL_S = 0.05
+_SHARED_EACH_S = 0.05
 """Between two times at which a process says how far it is and asks whether it is still wanted."""
 _POLL_S = 0.2
 
@@ -42,12 +42,12 @@ class Workers(Protocol):
         """Have a step of so many units of work done."""
 
     def wait(self, futures: Collection[Future[Any]]) -> None:
-        """Return when one of these is done, or after a short while; whatever ended before is told then."""
+        """Return when one of these is done, or after a short while; whatever ended before is reported then."""
 
 
-def make_workers(count: int, tell: Tell) -> Workers:
-    """This process alone, or so many beside it; how far the steps are is told in this one."""
-    return _Here(tell) if count == 1 else _Processes(count, tell)
+def make_workers(count: int, on_advance: OnAdvance) -> Workers:
+    """This process alone, or so many beside it; this one reports how far the steps are."""
+    return _Here(on_advance) if count == 1 else _Processes(count, on_advance)
 
 
 def outcome[T](future: Future[T]) -> T:
@@ -72,8 +72,8 @@ def _broken() -> OutputError:
 class _Here:
     """Every step is done at once, in this process."""
 
-    def __init__(self, tell: Tell) -> None:
-        self._tell = tell
+    def __init__(self, on_advance: OnAdvance) -> None:
+        self._on_advance = on_advance
 
     def __enter__(self) -> "_Here":
         cv2.setNumThreads(1)
@@ -87,7 +87,7 @@ class _Here:
     def submit[T](self, work: int, step: Callable[..., T], *arguments: Any) -> Future[T]:
         future: Future[T] = Future()
         try:
-            with Meter(work, self._tell) as meter:
+            with Meter(work, self._on_advance) as meter:
                 result = step(*arguments, meter)
             future.set_result(result)
         except Exception as error:
@@ -102,12 +102,12 @@ class _Here:
 class _Processes:
     """Processes that leave interrupts to this one, end with it, and count together what they do."""
 
-    def __init__(self, count: int, tell: Tell) -> None:
+    def __init__(self, count: int, on_advance: OnAdvance) -> None:
         context = get_context("spawn")
-        self._tell = tell
+        self._on_advance = on_advance
         self._counts = context.Array("Q", 2)
         self._stop = context.Event()
-        self._told = (0, 0)
+        self._reported = (0, 0)
         self._pool = ProcessPoolExecutor(count, context, initializer=_begin, initargs=(self._counts, self._stop))
 
     def __enter__(self) -> "_Processes":
@@ -131,8 +131,8 @@ class _Processes:
         wait(futures, _POLL_S, FIRST_COMPLETED)
         with self._counts.get_lock():
             done, spared = self._counts[:]
-        self._tell(done - self._told[0], spared - self._told[1])
-        self._told = done, spared
+        self._on_advance(done - self._reported[0], spared - self._reported[1])
+        self._reported = done, spared
 
 
 @contextmanager
@@ -144,8 +144,8 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, held)
 
 
-class _Telling:
-    """What a worker process knows of its parent, and has not told it yet."""
+class _Counted:
+    """What a worker process knows of its parent, and has not reported to it yet."""
 
     counts: Any = None
     stop: Any = None
@@ -157,7 +157,7 @@ class _Telling:
 def _begin(counts: Any, stop: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     cv2.setNumThreads(1)
-    _Telling.counts, _Telling.stop = counts, stop
+    _Counted.counts, _Counted.stop = counts, stop
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
@@ -170,26 +170,26 @@ def _end_with_parent() -> None:
 
 def _call[T](work: int, step: Callable[..., T], *arguments: Any) -> T:
     try:
-        with Meter(work, _tell) as meter:
+        with Meter(work, _count) as meter:
             return step(*arguments, meter)
     finally:
         # Before its result is there: who has all results knows of all work.
-        _hand_over()
+        _share()
 
 
-def _tell(done: int, spared: int) -> None:
-    _Telling.done += done
-    _Telling.spared += spared
-    if time.monotonic() < _Telling.due_s:
+def _count(done: int, spared: int) -> None:
+    _Counted.done += done
+    _Counted.spared += spared
+    if time.monotonic() < _Counted.due_s:
         return
-    _Telling.due_s = time.monotonic() + _TELL_S
-    _hand_over()
-    if _Telling.stop.is_set():
+    _Counted.due_s = time.monotonic() + _SHARED_EACH_S
+    _share()
+    if _Counted.stop.is_set():
         raise Stopped
 
 
-def _hand_over() -> None:
-    with _Telling.counts.get_lock():
-        _Telling.counts[0] += _Telling.done
-        _Telling.counts[1] += _Telling.spared
-    _Telling.done = _Telling.spared = 0
+def _share() -> None:
+    with _Counted.counts.get_lock():
+        _Counted.counts[0] += _Counted.done
+        _Counted.counts[1] += _Counted.spared
+    _Counted.done = _Counted.spared = 0
