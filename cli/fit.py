@@ -40,38 +40,18 @@ def intensity_threshold(
     Writes settings.yaml for `navtool intensity-map --settings`, and the ROC curves. Choose the preset of the sensor:
     sensor=vlp16, hdl64, robosense, hesai, livox, ouster or simulated.
     """
-    from navtool.base.output_folder import OutputFolder
-    from navtool.cli.arguments import local_path, require_there, split_overrides
-    from navtool.cli.compose import UsageError, print_config, refuse_unknown_choices, wrong_call
     from navtool.cli.console import print_json
-    from navtool.cli.progress import WorkProgress
-    from navtool.cli.robots import job_with_robot
+    from navtool.cli.walking import WalkCall, walk
     from navtool.configs.intensity_threshold_job import IntensityThresholdJob
-    from navtool.datasets.ingest.config import Merge
-    from navtool.methods.along.source import MapInput
-    from navtool.methods.intensity_map.fit_run import KIND, fit_intensity_threshold
+    from navtool.methods.intensity_map.fit_report import FitReport
 
-    inputs, overrides = split_overrides(arguments or [])
-    refuse_unknown_choices("sensor", overrides, "sensor preset")
-    job = job_with_robot("intensity_threshold", robot, overrides, IntensityThresholdJob)
-    if cfg is not None:
-        print_config(job, cfg)
-        return
-    if not inputs:
-        raise UsageError("no recording or data set was named", where="fit", cure="name recordings, or one data set")
-    if truth is not None and len(inputs) > 1:
-        raise UsageError("one --truth for several inputs", where="fit", cure="fit one recording with its annotations")
-    if out is None:
-        raise UsageError("no folder was named", where="fit", cure="pass --out FOLDER")
-    require_there(truth)
-    with wrong_call():
-        OutputFolder(out, KIND).refuse_other()
-    chosen = [MapInput(local_path(text), episode, job.robot, job.merge is Merge.folder) for text in inputs]
-    with WorkProgress("inputs") as progress:
-        report = fit_intensity_threshold(chosen, truth, out, job.config(), progress)
-    if as_json:
+    call = WalkCall(
+        command="fit", arguments=arguments or [], out=out, truth=truth, episode=episode, robot=robot, cfg=cfg
+    )
+    report = walk(call, "intensity_threshold", IntensityThresholdJob, FitReport)
+    if report is not None and as_json:
         print_json(report.to_json())
-    else:
+    elif report is not None:
         _print_fit(report)
 
 

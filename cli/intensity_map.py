@@ -30,46 +30,25 @@ def intensity_map(
     Writes arrays, pictures, an MCAP with occupancy grids and grid maps, a video and a page. Choose the preset of the
     sensor: sensor=vlp16, hdl64, robosense, hesai, livox, ouster or simulated.
     """
-    from navtool.base.output_folder import OutputFolder
-    from navtool.cli.arguments import local_path, require_there, split_overrides
-    from navtool.cli.compose import UsageError, print_config, refuse_unknown_choices, wrong_call
     from navtool.cli.console import print_json
-    from navtool.cli.progress import WorkProgress
-    from navtool.cli.robots import job_with_robot
-    from navtool.cli.settings_file import settings_overrides
+    from navtool.cli.walking import WalkCall, walk
     from navtool.configs.intensity_map_job import IntensityMapJob
-    from navtool.datasets.ingest.config import Merge
-    from navtool.methods.along.source import MapInput
-    from navtool.methods.intensity_map.run import KIND, intensity_maps
+    from navtool.methods.intensity_map.report import MapReport
 
-    inputs, overrides = split_overrides(arguments or [])
-    refuse_unknown_choices("sensor", overrides, "sensor preset")
-    if settings is not None and any(override.startswith("sensor=") for override in overrides):
-        cure = "leave sensor= out: the settings hold the scale of the sensor that they were fitted to"
-        raise UsageError("--settings and sensor= both name a sensor", where="intensity-map", cure=cure)
-    job = job_with_robot("intensity_map", robot, [*settings_overrides(settings), *overrides], IntensityMapJob)
-    if cfg is not None:
-        print_config(job, cfg)
-        return
-    if len(inputs) != 1:
-        named = "no recording or data set was named" if not inputs else f"{len(inputs)} inputs were named"
-        raise UsageError(named, where="intensity-map", cure="name one recording, or one data set")
-    if out is None:
-        raise UsageError("no folder was named", where="intensity-map", cure="pass --out FOLDER")
-    require_there(truth)
-    with wrong_call():
-        OutputFolder(out, KIND).refuse_other()
-    chosen = MapInput(local_path(inputs[0]), episode, job.robot, job.merge is Merge.folder)
-    count = chosen.episode_count()
-    with wrong_call():
-        chosen.refuse_episode(count)
-    if count is not None and (robot is not None or any(x.startswith("robot") for x in overrides)):
-        raise UsageError("the data set knows its own robot", where=chosen.path, cure="leave --robot and robot. out")
-    with WorkProgress("runs") as progress:
-        report = intensity_maps(chosen, out, job.config(), progress, truth)
-    if as_json:
+    call = WalkCall(
+        command="intensity-map",
+        arguments=arguments or [],
+        out=out,
+        truth=truth,
+        episode=episode,
+        robot=robot,
+        cfg=cfg,
+        settings=settings,
+    )
+    report = walk(call, "intensity_map", IntensityMapJob, MapReport)
+    if report is not None and as_json:
         print_json(report.to_json())
-    else:
+    elif report is not None:
         print_maps(report)
 
 

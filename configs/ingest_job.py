@@ -1,7 +1,8 @@
 """What ``navtool ingest`` is configured with."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
+from navtool.configs.settings_of import settings_of
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.robot.config import RobotConfig
 
@@ -15,4 +16,4 @@ class IngestJob(IngestConfig):
 
     def config(self) -> IngestConfig:
         """The settings alone."""
-        return IngestConfig(**{entry.name: getattr(self, entry.name) for entry in fields(IngestConfig)})
+        return settings_of(self, IngestConfig)

@@ -1,9 +1,11 @@
 """What ``navtool intensity-map`` is configured with."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
+from navtool.configs.settings_of import settings_of
 from navtool.datasets.ingest.config import Merge
 from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.streams.config import SyncConfig
 from navtool.methods.intensity_map.config import MapRunConfig
 
 
@@ -15,7 +17,9 @@ class IntensityMapJob(MapRunConfig):
     """The robot: a preset by name (``robot=husky``), or a file with ``--robot``."""
     merge: Merge = Merge.file
     """Whether all bags in a folder are one recording: file or folder, as for ingest."""
+    sync: SyncConfig = field(default_factory=SyncConfig)
+    """Which time of a recording's messages counts, as for ingest: ``sync.*.clock`` and ``sync.clock_step_s``."""
 
     def config(self) -> MapRunConfig:
         """The settings of the maps alone."""
-        return MapRunConfig(**{entry.name: getattr(self, entry.name) for entry in fields(MapRunConfig)})
+        return settings_of(self, MapRunConfig)

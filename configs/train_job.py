@@ -1,9 +1,10 @@
 """What ``navtool train`` is configured with."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from omegaconf import MISSING
 
+from navtool.configs.settings_of import settings_of
 from navtool.train.config import TrainConfig
 
 
@@ -16,4 +17,4 @@ class TrainJob(TrainConfig):
 
     def config(self) -> TrainConfig:
         """The run's configuration alone."""
-        return TrainConfig(**{entry.name: getattr(self, entry.name) for entry in fields(TrainConfig)})
+        return settings_of(self, TrainConfig)

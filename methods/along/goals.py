@@ -1,15 +1,39 @@
 """In which direction the robot is going."""
 
+from typing import ClassVar
+
 import numpy as np
 from jaxtyping import Float64
 
 from navtool.datasets.streams.motion import Motion
 from navtool.methods.along.config import GoalConfig
+from navtool.methods.along.observation import Beside
+from navtool.methods.along.streams import Streams
+from navtool.methods.along.sweeps import sensor_pose
 from navtool.pipeline.arrays import Array
 
 _LEAST_M = 0.5
 """Nearer places tell no direction."""
 _PIECE = 512
+
+
+class Goal(Beside[float]):
+    """The direction of the goal at a tick, in the axes of the base, in rad; 0, straight on, where nothing tells it.
+
+    Args:
+        config: Which goal.
+    """
+
+    reads: ClassVar[tuple[str, ...]] = ("odometry",)
+
+    def __init__(self, config: GoalConfig) -> None:
+        self._config = config
+
+    def at(self, streams: Streams, stamp_ns: int) -> float:
+        """The direction at a moment, seen from the LiDAR."""
+        motion = streams.motion
+        place = None if motion is None else sensor_pose(motion, stamp_ns, streams.base_lidar)
+        return goal_direction(motion, stamp_ns, place, self._config)
 
 
 def goal_direction(

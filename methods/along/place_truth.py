@@ -1,18 +1,17 @@
 """What is known to stand in a place, around the sensor at the moment of a sweep."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64, UInt8
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.messages import OdometrySample, StringSample
-from navtool.datasets.recording import Recording, open_recording
+from navtool.datasets.recording import Recording
 from navtool.datasets.streams.motion import Motion
-from navtool.methods.along.annotations import Annotations, parse_annotations, read_annotations
-from navtool.methods.along.source import MapInput
-from navtool.methods.along.sweeps import Sweep, SweepSource, sensor_pose
+from navtool.methods.along.annotations import Annotations, parse_annotations
+from navtool.methods.along.streams import Streams
+from navtool.methods.along.sweeps import Sweep, sensor_pose
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GridConfig
 from navtool.pipeline.intensity_map.truth import Outline, truth_classes
@@ -31,18 +30,18 @@ class PlaceTruth:
     motion: Motion | None
     """The robot's way in the outlines' frame; None where that is the frame of its odometry, or a fixed one."""
 
-    def in_odometry(self, source: SweepSource) -> "PlaceTruth":
+    def in_odometry(self, streams: Streams) -> "PlaceTruth":
         """The same in the frame of a run's odometry, unless the robot's way among the outlines is known besides.
 
         Raises:
             DatasetsError: The outlines are in another frame, which no static transform joins with it.
         """
-        frame, wanted = self.annotations.frame_id, source.odometry_frame
+        frame, wanted = self.annotations.frame_id, streams.odometry_frame
         if self.motion is not None or frame.lstrip("/") == wanted.lstrip("/"):
             return self
-        pose = source.calibration.recorded.tree.pose(wanted, frame)
+        pose = streams.calibration.recorded.tree.pose(wanted, frame)
         if pose is None:
-            what = f"the outlines are in the frame {frame!r}, the odometry of {source.name} is in {wanted!r}"
+            what = f"the outlines are in the frame {frame!r}, the odometry of {streams.name} is in {wanted!r}"
             cure = f"draw them in {wanted!r}, or record the static transform between the two"
             raise DatasetsError(f"{what}, and no static transform joins them", cure=cure)
         moved = tuple(
@@ -60,26 +59,16 @@ class PlaceTruth:
         return None if pose is None else truth_classes(self.annotations.outlines, pose, grid)
 
 
-def find_truth(chosen: MapInput, annotations: Path | None, odometry_gap_s: float) -> PlaceTruth | None:
-    """What is known to stand there; None where neither a file nor the input itself says so.
+def recorded_truth(recording: Recording, odometry_gap_s: float) -> PlaceTruth | None:
+    """What a simulated recording knows to stand in its place; None where it says nothing of it.
 
     Args:
-        chosen: A simulated recording carries it.
-        annotations: A file, in the frame of the odometry, which goes before.
+        recording: It is open.
         odometry_gap_s: True poses further apart than this are not interpolated between.
 
     Raises:
         DatasetsError: It is said in another form, or not where the robot is.
     """
-    if annotations is not None:
-        return PlaceTruth(read_annotations(annotations), None)
-    if chosen.is_dataset:
-        return None
-    with open_recording(chosen.path, merged=chosen.merged) as recording:
-        return _recorded(recording, odometry_gap_s)
-
-
-def _recorded(recording: Recording, odometry_gap_s: float) -> PlaceTruth | None:
     topics = {topic.name: topic.type for topic in recording.topics if topic.count}
     if topics.get(OBSTACLES_TOPIC) != _TEXT:  # another recorder's topic of this name says something else
         return None

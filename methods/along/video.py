@@ -1,4 +1,4 @@
-"""The map along the run, as a video."""
+"""Pictures of results along a recording, as a video."""
 
 from fractions import Fraction
 from pathlib import Path
@@ -9,10 +9,43 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
+from navtool.methods.along.pictures import Drawn
+from navtool.methods.along.writers import Outcome, Selection, Writer
 from navtool.pipeline.arrays import Array
 
+_RATE_HZ = (1, 60)
 
-class MapVideo:
+
+class VideoFile[R](Writer[R]):
+    """Shows the pictures of results one after the other."""
+
+    def __init__(self, path: Path, drawn: Drawn[R], selection: Selection, rate_hz: Fraction) -> None:
+        super().__init__("video", selection)
+        self._drawn, self._stream = drawn, VideoStream(path, rate_hz)
+
+    def write(self, outcome: Outcome[R]) -> None:
+        """Show a result's picture next."""
+        self._stream.add(self._drawn.sheet(outcome))
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stream.__exit__(kind, error, trace)
+
+
+def rate_of(ticks: int, duration_s: float, every: int) -> Fraction:
+    """The rate in Hz at which a video lasts about as long as the recording, within 1 to 60.
+
+    Args:
+        ticks: Of the recording.
+        duration_s: From the first to the last.
+        every: One picture for so many ticks.
+    """
+    usual = (ticks - 1) / duration_s / every if duration_s > 0 else 1.0
+    return Fraction(min(max(usual, _RATE_HZ[0]), _RATE_HZ[1])).limit_denominator(10)
+
+
+class VideoStream:
     """Encodes pictures as H.264 at a fixed rate; browsers and players open it.
 
     The same pictures give the same bytes on the same build of the codec. Use it as a context manager; leaving it
@@ -50,7 +83,7 @@ class MapVideo:
             self._container.mux(self._stream.encode(frame))
             self._whole = True
 
-    def __enter__(self) -> "MapVideo":
+    def __enter__(self) -> "VideoStream":
         return self
 
     def __exit__(

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from navtool.base.plain import plain_fields
+from navtool.methods.along.report import Report
 from navtool.methods.intensity_map.fit_threshold import Candidate, ThresholdFit, ThresholdFitConfig
 
 _WEAK_AREA = 0.75
@@ -27,10 +27,9 @@ class Tried:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FitReport:
+class FitReport(Report):
     """One fit, in figures."""
 
-    out: str
     inputs: list[str]
     settings: dict[str, float]
     """What was chosen, by the names of `IntensityMapConfig`."""
@@ -44,14 +43,6 @@ class FitReport:
     skipped: dict[str, int] = field(default_factory=dict)
     """Clouds that were not looked at, by reason; those in between are not counted."""
     notes: list[str] = field(default_factory=list)
-    seconds: float = 0.0
-    """That it took; of a fit that is there already, 0."""
-    done_before: bool = False
-    """Whether it was there already, of the same inputs and settings."""
-
-    def to_json(self) -> dict[str, object]:
-        """As plain values."""
-        return plain_fields(self)
 
 
 def tried(fit: ThresholdFit) -> list[Tried]:

@@ -1,12 +1,14 @@
 """Maps as messages of ROS 2: nav_msgs/OccupancyGrid, grid_map_msgs/GridMap and the transform that places them."""
 
-from collections.abc import Callable
-from typing import Any, Final
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from jaxtyping import Float32, Int8
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from navtool.methods.along.mcap_file import Message
+from navtool.methods.along.writers import Outcome
 from navtool.methods.intensity_map.mapped import LAYER_NAMES, MappedSweep
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import quaternion_from_rpy
@@ -47,9 +49,17 @@ uint16 inner_start_index
 
 
 class MapMessages:
-    """Builds and serialises a map's messages; every method returns the bytes as a recorder stores them."""
+    """Builds and serialises a map's messages; those that return bytes give them as a recorder stores them."""
 
-    def __init__(self) -> None:
+    topics: ClassVar[dict[str, str]] = TOPICS
+
+    def __init__(self, picture_of: Callable[[Outcome[MappedSweep]], bytes | None]) -> None:
+        """Prepare it.
+
+        Args:
+            picture_of: The picture of a map as PNG; None where it has none.
+        """
+        self._picture_of = picture_of
         self._store = get_typestore(Stores.ROS2_HUMBLE)
         for name, definition in (("GridMapInfo", _GRID_MAP_INFO), ("GridMap", _GRID_MAP)):
             self._store.register(get_types_from_msg(definition, f"grid_map_msgs/msg/{name}"))
@@ -58,6 +68,19 @@ class MapMessages:
         """The type's definition with all that it refers to, as an MCAP's schema holds it."""
         text, _ = self._store.generate_msgdef(type_name, ros_version=2)
         return text
+
+    def of(self, outcome: Outcome[MappedSweep]) -> Iterator[Message]:
+        """A map's messages, the transform first; the picture where there is one."""
+        mapped = outcome.result
+        transform = self.transform(mapped)
+        if transform is not None:
+            yield Message("/tf", transform)
+        yield Message("/intensity_map/classes", self.classes(mapped))
+        yield Message("/intensity_map/plan", self.plan(mapped))
+        yield Message("/intensity_map/layers", self.layers(mapped))
+        png = self._picture_of(outcome)
+        if png is not None:
+            yield Message("/intensity_map/picture", self.picture(mapped, png))
 
     def classes(self, mapped: MappedSweep) -> bytes:
         """The classes as occupancies."""

@@ -1,109 +1,75 @@
-"""The files of a run's maps, each of as many as the settings ask for."""
+"""The files of maps, each of as many as the settings ask for."""
 
-from contextlib import ExitStack
-from fractions import Fraction
+from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import NamedTuple
 
-from navtool.methods.along.sweeps import SweepSource
-from navtool.methods.along.video import MapVideo
-from navtool.methods.intensity_map.arrays import ArrayWriter
-from navtool.methods.intensity_map.config import MapRunConfig
+import numpy as np
+from jaxtyping import UInt8
+
+from navtool.methods.along.array_files import ArrayFiles
+from navtool.methods.along.csv_file import CsvFile
+from navtool.methods.along.mcap_file import McapFile
+from navtool.methods.along.pictures import Drawn, Moment, Moments, PictureFiles
+from navtool.methods.along.streams import Streams
+from navtool.methods.along.sweeps import Sweeps
+from navtool.methods.along.video import VideoFile, rate_of
+from navtool.methods.along.writers import Outcome, Selection, Writer
+from navtool.methods.intensity_map.arrays import map_arrays
+from navtool.methods.intensity_map.config import OutputConfig
 from navtool.methods.intensity_map.mapped import MappedSweep
-from navtool.methods.intensity_map.mcap_file import MapMcap
-from navtool.methods.intensity_map.pictures import PictureWriter, draw_map, png_bytes
-from navtool.methods.intensity_map.table import MapTable
+from navtool.methods.intensity_map.messages import MapMessages
+from navtool.methods.intensity_map.page import VIDEO
+from navtool.methods.intensity_map.pictures import draw_map
+from navtool.pipeline.arrays import Array
+from navtool.pipeline.intensity_map.obstacles import CellClass
 
-VIDEO = "map.mp4"
-MOMENTS = 9
-"""Pictures on the page."""
-_RATE_HZ = (1, 60)
-
-
-class Moment(NamedTuple):
-    """A picture for the page."""
-
-    seconds: float
-    """Since the first map."""
-    png: bytes
+OUTPUTS = ("arrays", "pictures", "mcap", "video")
+"""What may be written, in the order of reports."""
+_COLUMNS = ("map", "stamp_ns", "x_m", "y_m", "yaw_rad", "goal_rad", "points", *(f"{x.name}_cells" for x in CellClass))
 
 
-class Outputs:
-    """Writes arrays, pictures, messages, a video and a table of maps into a folder, and keeps pictures for the page.
+class MapOutputs:
+    """What writes the maps of one input into a folder."""
 
-    Use it as a context manager, and call ``finish`` when all maps are there.
-
-    Attributes:
-        written: How many maps each output holds.
-        moments: Pictures from all over the run.
-    """
-
-    def __init__(self, folder: Path, source: SweepSource, config: MapRunConfig) -> None:
-        every = config.outputs
-        self._every = every
-        self._files = ExitStack()
-        self._arrays = ArrayWriter(folder / "arrays") if every.arrays_every else None
-        self._pictures = PictureWriter(folder / "pictures") if every.pictures_every else None
-        self._mcap = self._files.enter_context(MapMcap(folder / "maps.mcap")) if every.mcap_every else None
-        self._video = None
+    def __init__(self, folder: Path, streams: Streams, ticks: Sweeps, every: OutputConfig) -> None:
+        drawn = Drawn(_draw)
+        count = ticks.count(streams)
+        self._drawn, self._pictures = drawn, Selection(every.pictures_every) if every.pictures_every else None
+        self._moments = Moments(drawn, count)
+        writers: list[Writer[MappedSweep]] = [CsvFile(folder / "maps.csv", _COLUMNS, map_line)]
+        if every.arrays_every:
+            writers.append(ArrayFiles(folder / "arrays", map_arrays, Selection(every.arrays_every)))
         if every.video_every:
-            self._video = self._files.enter_context(MapVideo(folder / VIDEO, _rate(source, every.video_every)))
-        self._table = MapTable(folder / "maps.csv")
-        self._moment_every = max(1, source.clouds // MOMENTS)
-        self._first_ns: int | None = None
-        self.written = {"arrays": 0, "pictures": 0, "mcap": 0, "video": 0}
-        self.moments: list[Moment] = []
+            rate_hz = rate_of(count, ticks.duration_s(streams), every.video_every)
+            writers.append(VideoFile(folder / VIDEO, drawn, Selection(every.video_every), rate_hz))
+        if self._pictures is not None:
+            writers.append(PictureFiles(folder / "pictures", drawn, self._pictures))
+        writers.append(self._moments)
+        if every.mcap_every:
+            writers.append(McapFile(folder / "maps.mcap", MapMessages(self._picture), Selection(every.mcap_every)))
+        self.writers: Sequence[Writer[MappedSweep]] = writers
 
-    def add(self, mapped: MappedSweep) -> None:
-        """Write a map into the outputs that want it."""
-        self._first_ns = mapped.sweep.stamp_ns if self._first_ns is None else self._first_ns
-        seconds = (mapped.sweep.stamp_ns - self._first_ns) * 1e-9
-        self._table.add(mapped)
-        if self._arrays is not None and self._wanted("arrays", mapped, self._every.arrays_every):
-            self._arrays.add(mapped)
-        png = self._drawn(mapped, seconds)
-        if self._mcap is not None and self._wanted("mcap", mapped, self._every.mcap_every):
-            self._mcap.add(mapped, png)
+    @property
+    def moments(self) -> list[Moment]:
+        """Pictures for the page."""
+        return self._moments.kept
 
-    def finish(self) -> None:
-        """Write what is left."""
-        self._table.write()
-
-    def _drawn(self, mapped: MappedSweep, seconds: float) -> bytes | None:
-        """Draw a map once for all that show it; its PNG where there is one."""
-        in_video = self._video is not None and self._wanted("video", mapped, self._every.video_every)
-        in_pictures = self._pictures is not None and self._wanted("pictures", mapped, self._every.pictures_every)
-        on_page = mapped.number % self._moment_every == 0 and len(self.moments) < MOMENTS
-        if not (in_video or in_pictures or on_page):
-            return None
-        sheet = draw_map(mapped, seconds)
-        if in_video and self._video is not None:
-            self._video.add(sheet)
-        if not (in_pictures or on_page):
-            return None
-        png = png_bytes(sheet)
-        if in_pictures and self._pictures is not None:
-            self._pictures.add(mapped.number, png)
-        if on_page:
-            self.moments.append(Moment(seconds, png))
-        return png
-
-    def _wanted(self, name: str, mapped: MappedSweep, every: int) -> bool:
-        wanted = mapped.number % every == 0
-        self.written[name] += wanted
-        return wanted
-
-    def __enter__(self) -> "Outputs":
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._files.__exit__(kind, error, trace)
+    def _picture(self, outcome: Outcome[MappedSweep]) -> bytes | None:
+        """The picture of a map that is written, or on the page, for the messages too."""
+        chosen = (self._pictures, self._moments.selection)
+        shown = any(one is not None and one.takes(outcome.number) for one in chosen)
+        return self._drawn.png(outcome) if shown else None
 
 
-def _rate(source: SweepSource, every: int) -> Fraction:
-    """The video's rate, at which it lasts about as long as the run."""
-    usual = (source.clouds - 1) / source.duration_s / every if source.duration_s > 0 else 1.0
-    return Fraction(min(max(usual, _RATE_HZ[0]), _RATE_HZ[1])).limit_denominator(10)
+def map_line(outcome: Outcome[MappedSweep]) -> Sequence[object]:
+    """When, where, and what a map shows; a place that is not known is empty."""
+    mapped = outcome.result
+    place = mapped.sweep.odom_sensor
+    cells = np.bincount(mapped.classes.reshape(-1), minlength=len(CellClass)).tolist()
+    at = [None] * 3 if place is None else [f"{value:.4f}" for value in place.tolist()]
+    points = int(mapped.map.layers.points.sum())
+    return [outcome.number, outcome.stamp_ns, *at, f"{mapped.goal_rad:.4f}", points, *cells]
+
+
+def _draw(outcome: Outcome[MappedSweep]) -> UInt8[Array, "h w 3"]:
+    return draw_map(outcome.result, outcome.seconds)

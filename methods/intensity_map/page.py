@@ -4,17 +4,16 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-import yaml
-
 from navtool.base.files import write_bytes
-from navtool.base.pages.html import html_figure, html_page, html_table
-from navtool.base.plain import plain
+from navtool.base.pages.html import html_page
+from navtool.methods.along.page import moment_parts, note_parts, settings_parts, table_parts, video_part
+from navtool.methods.along.pictures import Moment
 from navtool.methods.intensity_map.config import MapRunConfig
-from navtool.methods.intensity_map.outputs import VIDEO, Moment
 from navtool.methods.intensity_map.pictures import legend_colours
 from navtool.methods.intensity_map.report import MapReport
 
-_GRID = "display:grid;grid-template-columns:repeat(auto-fill,minmax(420px,1fr));gap:1rem"
+VIDEO = "map.mp4"
+"""Name of the video beside the page."""
 _MEANING = {
     "free": "no return: free space, or not seen",
     "pliable": "weak returns: yields to the robot",
@@ -32,31 +31,27 @@ def map_page(report: MapReport, config: MapRunConfig, moments: Sequence[Moment])
     """The page as HTML; texts out of the recording are escaped."""
     height = f"sensor {report.sensor_height_m:.3g} m above the ground ({report.height_from})"
     facts = f"{report.maps} maps of {report.clouds} clouds in {report.duration_s:.1f} s; {height}; {report.sensor}"
-    parts = [f"<p>{escape(facts)}; <code>{escape(report.topic)}</code></p>"]
-    parts += [f'<p class="bad">{escape(note)}</p>' for note in report.notes]
+    parts = [f"<p>{escape(facts)}; <code>{escape(report.topic)}</code></p>", *note_parts(report.notes)]
     if report.files.get("video"):
-        parts.append(f'<h2>Along the run</h2><video src="{VIDEO}" controls width="944" style="max-width:100%"></video>')
-    parts += ["<h2>What the colours mean</h2>", _legend(report)]
-    parts += ["<h2>Moments</h2>", _figures(moments)]
+        parts.append(video_part(VIDEO, 944))
+    parts += ["<h2>What the colours mean</h2>", _legend(report), *moment_parts(moments)]
     if report.scores:
-        columns = ("cells", "precision", "recall", "F")
         scored = ((name, score.precision, score.recall, score.f) for name, score in report.scores.items())
-        parts += ["<h2>Agreement with what stands there</h2>", html_table(columns, scored)]
+        parts += table_parts("Agreement with what stands there", ("cells", "precision", "recall", "F"), scored)
+    parts += table_parts("What was left out", ("what", "count"), _left_out(report))
+    parts += table_parts("Files", ("output", "maps"), report.files.items())
+    return html_page(f"Intensity maps of {report.source}", [*parts, *settings_parts(config)])
+
+
+def _left_out(report: MapReport) -> list[tuple[str, int]]:
     left_out = [(f"clouds: {reason}", count) for reason, count in report.skipped.items()]
     left_out += [(f"points: {reason}", count) for reason, count in report.points_dropped.items()]
-    left_out += [("maps that stand alone, without odometry", report.without_odometry)]
-    left_out += [("maps not scored: the robot's place is not known", report.not_scored)]
-    left_out += [("jumps of the odometry", report.odometry_jumps)]
-    parts += ["<h2>What was left out</h2>", html_table(("what", "count"), left_out)]
-    parts += ["<h2>Files</h2>", html_table(("output", "maps"), report.files.items())]
-    settings = yaml.safe_dump(plain(config), sort_keys=False, width=100)
-    parts += ["<h2>Settings</h2>", f"<details><summary>all of them</summary><pre>{escape(settings)}</pre></details>"]
-    return html_page(f"Intensity maps of {report.source}", parts)
-
-
-def _figures(moments: Sequence[Moment]) -> str:
-    figures = (html_figure(moment.png, "png", f"{moment.seconds:.1f} s") for moment in moments)
-    return f'<div style="{_GRID}">{"".join(figures)}</div>'
+    return [
+        *left_out,
+        ("maps that stand alone, without odometry", report.without_odometry),
+        ("maps not scored: the robot's place is not known", report.not_scored),
+        ("jumps of the odometry", report.odometry_jumps),
+    ]
 
 
 def _legend(report: MapReport) -> str:

@@ -3,13 +3,11 @@
 import math
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
-from navtool.base.files import write_bytes
 from navtool.methods.intensity_map.mapped import MappedSweep
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.layer_points import Layer
@@ -60,24 +58,6 @@ def draw_map(mapped: MappedSweep, seconds: float) -> UInt8[Array, "h w 3"]:
         sheet[top : top + SIDE_PX, left : left + SIDE_PX] = panel
     _write(sheet, f"{seconds:.1f} s   map {mapped.number}", _SECONDS_LEFT_PX, sheet.shape[0] - _FOOT_PX, _DIM)
     return sheet
-
-
-class PictureWriter:
-    """Writes pictures, ``000000.png`` on."""
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        folder.mkdir(parents=True)
-
-    def add(self, number: int, png: bytes) -> None:
-        """Write the picture of a map."""
-        write_bytes(self._folder / f"{number:06d}.png", png)
-
-
-def png_bytes(sheet: UInt8[Array, "h w 3"]) -> bytes:
-    """A picture as PNG."""
-    _, content = cv2.imencode(".png", sheet)
-    return content.tobytes()
 
 
 def legend_colours() -> dict[str, tuple[int, int, int]]:

@@ -1,13 +1,14 @@
 """Whether a run's intensities can carry maps, judged before anything is written."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from itertools import chain, islice
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float32
 
 from navtool.base.errors import DatasetsError
-from navtool.methods.along.sweeps import Sweep, SweepSource
+from navtool.methods.along.method import Walked
+from navtool.methods.along.streams import Streams
+from navtool.methods.along.sweeps import Sweep
 from navtool.methods.intensity_map.config import SensorMapConfig
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import ObstacleConfig
@@ -33,24 +34,19 @@ def judged(intensity: Float32[Array, " p"], config: SensorMapConfig) -> str | No
     return judge_intensities(np.minimum(intensity, np.float32(full_scale)), full_scale)
 
 
-def judged_first(source: SweepSource, config: SensorMapConfig) -> tuple[Iterator[Sweep], list[str]]:
-    """The sweeps of a source once the first of them are judged, and what a user should look at.
+def judge_first(first: Sequence[Sweep], streams: Streams, config: SensorMapConfig) -> list[str]:
+    """What a user should look at in the first sweeps of an input, judged together.
 
     Raises:
-        DatasetsError: There is no sweep, or their intensities cannot carry a map; what, why and the cure.
+        DatasetsError: Their intensities cannot carry a map; what, why and the cure.
     """
-    sweeps: Iterable[Sweep] = iter(source)
-    first = list(islice(sweeps, FIRST))
-    if not first:
-        raise nothing_mapped(source)
     intensity = np.concatenate([sweep.intensity for sweep in first])
     fault = judged(intensity, config)
     if fault is not None:
         cure = "choose the preset of the recording's sensor with sensor=, or set map.layers.full_scale and "
-        raise DatasetsError(
-            f"{fault} (the first {len(first)} clouds)", where=_where(source), cure=f"{cure}largest_intensity"
-        )
-    return chain(first, sweeps), _notes(intensity, len(first), config)
+        what = f"{fault} (the first {len(first)} clouds)"
+        raise DatasetsError(what, where=_where(streams), cure=f"{cure}largest_intensity")
+    return _notes(intensity, len(first), config)
 
 
 def _notes(intensity: Float32[Array, " p"], clouds: int, config: SensorMapConfig) -> list[str]:
@@ -76,22 +72,17 @@ def threshold_notes(config: SensorMapConfig) -> list[str]:
     return [f"{measured}: fit it with `navtool fit intensity_threshold`"]
 
 
-def nothing_mapped(source: SweepSource, unusable: Mapping[str, int] | None = None) -> DatasetsError:
-    """What is said where no cloud gives a map.
-
-    Args:
-        source: Whose sweeps were all read.
-        unusable: Sweeps that cannot be used, by reason.
-    """
-    counts = {**source.skipped, **(unusable or {})}
+def nothing_mapped(streams: Streams, walked: Walked) -> DatasetsError:
+    """What is wrong where no cloud gives a map."""
+    counts = walked.unread + walked.skipped
     reasons = ", ".join(f"{count} {reason}" for reason, count in counts.items())
-    if set(source.skipped) == {"without intensities"}:
-        what = f"none of the {source.clouds} clouds has intensities: their points have no such field"
+    if set(walked.unread) == {"without intensities"}:
+        what = f"none of the {walked.ticks} clouds has intensities: their points have no such field"
         cure = "record the driver's cloud with intensities, or name another topic with robot.topics.lidar=[/topic]"
-        return DatasetsError(what, where=_where(source), cure=f"{cure}; of a data set, ingest that recording again")
-    what = f"none of the {source.clouds} clouds can be mapped: {reasons}"
-    return DatasetsError(what, where=_where(source), cure="look at the recording with `navtool inspect --report`")
+        return DatasetsError(what, where=_where(streams), cure=f"{cure}; of a data set, ingest that recording again")
+    what = f"none of the {walked.ticks} clouds can be mapped: {reasons}"
+    return DatasetsError(what, where=_where(streams), cure="look at the recording with `navtool inspect --report`")
 
 
-def _where(source: SweepSource) -> str:
-    return f"{source.name}: {source.topic}"
+def _where(streams: Streams) -> str:
+    return f"{streams.name}: {streams.topics['lidar']}"

@@ -2,15 +2,14 @@
 
 from dataclasses import dataclass, field
 
-from navtool.base.plain import plain_fields
-from navtool.methods.intensity_map.scoring import ClassScore
+from navtool.methods.along.cell_scores import ClassScore
+from navtool.methods.along.report import Report
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MapReport:
+class MapReport(Report):
     """One run's maps, in figures."""
 
-    out: str
     source: str
     topic: str
     sensor: str
@@ -42,10 +41,6 @@ class MapReport:
     files: dict[str, int] = field(default_factory=dict)
     """Maps in each output."""
     notes: list[str] = field(default_factory=list)
-    seconds: float = 0.0
-    """That it took; of a run that is there already, 0."""
-    done_before: bool = False
-    """Whether the maps were there already, of the same input and settings."""
 
     @property
     def maps_per_s(self) -> float | None:
@@ -54,4 +49,4 @@ class MapReport:
 
     def to_json(self) -> dict[str, object]:
         """As plain values."""
-        return {**plain_fields(self), "maps_per_s": self.maps_per_s}
+        return {**super().to_json(), "maps_per_s": self.maps_per_s}

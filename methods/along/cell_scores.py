@@ -1,19 +1,19 @@
-"""How well the maps of a run agree with what stands there (MIM, NOTES M7)."""
+"""How well classes of cells agree with what stands there."""
 
 from dataclasses import dataclass
 
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64, UInt8
 
 from navtool.methods.along.place_truth import PlaceTruth
-from navtool.methods.intensity_map.mapped import MappedSweep
+from navtool.methods.along.sweeps import Sweep
 from navtool.pipeline.arrays import Array
-from navtool.pipeline.intensity_map.layer_points import sort_points
-from navtool.pipeline.intensity_map.score import QUESTIONS, compare, no_counts, observed_cells
+from navtool.pipeline.intensity_map.config import GridConfig
+from navtool.pipeline.intensity_map.score import QUESTIONS, compare, no_counts
 
 
 @dataclass(frozen=True, slots=True)
 class ClassScore:
-    """Of one question asked of each cell that was looked at; None where nothing was claimed, or nothing was there."""
+    """The answers to one question asked of each cell that was looked at; None where nothing was claimed, or nothing was there."""
 
     precision: float | None
     recall: float | None
@@ -21,26 +21,31 @@ class ClassScore:
     """The harmonic mean of both; of ``avoid``, solid or transparent, it is the figure of the paper's tables."""
 
 
-class Scoring:
-    """Compares maps with the truth, one after the other."""
+class CellScores:
+    """Compares the cells around the sensor with the truth, sweep by sweep."""
 
     def __init__(self, known: PlaceTruth, base_lidar: Float64[Array, "4 4"]) -> None:
         self._known, self._base_lidar = known, base_lidar
         self._counts = no_counts()
         self._met = False
         self.unplaced = 0
-        """Maps at moments when the robot's place among the outlines is not known."""
+        """Sweeps at moments when the robot's place among the outlines is not known."""
 
-    def add(self, mapped: MappedSweep) -> None:
-        """Count the cells of a map."""
-        sweep, grid = mapped.sweep, mapped.config.grid
+    def add(self, sweep: Sweep, classes: UInt8[Array, "n n"], observed: Bool[Array, "n n"], grid: GridConfig) -> None:
+        """Count the cells of a sweep.
+
+        Args:
+            sweep: What the classes were made of.
+            classes: A `CellClass` for each cell.
+            observed: The cells that the sweep tells of.
+            grid: Of the cells.
+        """
         truth = self._known.classes_around(sweep, self._base_lidar, grid)
         if truth is None:
             self.unplaced += 1
             return
         self._met |= bool(truth.any())
-        points = sort_points(sweep.xyz, sweep.intensity, grid, mapped.config.layers)
-        self._counts += compare(mapped.classes, truth, observed_cells(points, grid))
+        self._counts += compare(classes, truth, observed)
 
     def notes(self) -> list[str]:
         """What a user should look at."""

@@ -1,0 +1,153 @@
+"""The streams of a recording, of whatever container and driver."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+from jaxtyping import Int64
+
+from navtool.base.errors import DatasetsError
+from navtool.datasets.decode.messages import PointCloud
+from navtool.datasets.recording import RawMessage, Recording
+from navtool.datasets.recording.changed import changed_meanwhile
+from navtool.datasets.recording.identity import source_name
+from navtool.datasets.robot.calibration import Calibration, calibrate
+from navtool.datasets.robot.config import NO_TOPIC, RobotConfig, TopicCandidates
+from navtool.datasets.robot.recorded_geometry import RecordedGeometry, latest_transforms
+from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
+from navtool.datasets.streams.align import in_base_axes
+from navtool.datasets.streams.clock import StreamTime
+from navtool.datasets.streams.clocks import Clocks
+from navtool.datasets.streams.config import SyncConfig
+from navtool.datasets.streams.odometry_heading import turned_odometry
+from navtool.datasets.streams.rows import ODOMETRY_COLUMNS
+from navtool.datasets.streams.scan import Scan, scan_recording
+from navtool.datasets.streams.timed_stream import TimedStream
+from navtool.methods.along.odometry_table import OdometryTable
+from navtool.methods.along.streams import Cloud, Streams
+from navtool.pipeline.arrays import Array
+
+_NOUNS = {"lidar": "point clouds", "odometry": "odometry"}
+
+
+class RecordedStreams(Streams):
+    """The streams of an open recording. Making it reads the recording once: stamps, odometry and transforms.
+
+    Args:
+        recording: Open as long as the streams are read.
+        robot: Its topics, frames and mounting, as for ingest.
+        sync: Which time counts, as for ingest.
+        reads: The streams that are wanted; the first has to be there, and its clock is that of the others.
+        odometry_gap_s: Poses further apart than this are not interpolated between.
+
+    Raises:
+        DatasetsError: The recording cannot be read, or lacks the first of the streams.
+    """
+
+    def __init__(
+        self, recording: Recording, robot: RobotConfig, sync: SyncConfig, reads: Sequence[str], odometry_gap_s: float
+    ) -> None:
+        topics = _topics(recording, robot, reads)
+        scan = scan_recording(recording, topics, ())
+        if reads[0] not in scan.streams:
+            raise _missing(recording, topics, reads[0])
+        times = Clocks.of(scan, sync).times(reads[0])
+        transforms, _ = latest_transforms(scan.transforms)
+        frames = {name: stream.frame_id for name, stream in scan.streams.items()}
+        calibration = calibrate(robot, RecordedGeometry(frames, transforms), image_topic=None, native_size=None)
+        odometry = _odometry(scan, times, calibration, robot)
+        there = {name: stream.topic for name, stream in scan.streams.items()}
+        super().__init__(source_name(recording.path), there, calibration, odometry, odometry_gap_s)
+        self.notes = [*(f"recovered: {fault}" for fault in recording.faults), *topics.notes, *self.notes]
+        self.notes += _stream_notes(scan)
+        self._recording = recording
+        if "odometry" in there:
+            self.odometry_frame = _frame_of(recording, there["odometry"]) or self.odometry_frame
+        self._record_ns = scan.streams["lidar"].record_ns if "lidar" in there else []
+        self._stamps_ns = np.array(self._record_ns, dtype=np.int64)
+        if "lidar" in there:
+            # A cloud without a usable stamp keeps the time of its record, as in a data set.
+            self._stamps_ns[times["lidar"].order] = times["lidar"].stamps_ns
+
+    @property
+    def cloud_stamps_ns(self) -> Int64[Array, " clouds"]:
+        """When each cloud was measured, in the order of record."""
+        return self._stamps_ns
+
+    def clouds(self) -> Iterator[Cloud]:
+        """The clouds in the order of record."""
+        if not self._record_ns:
+            return
+        expected = zip(self._record_ns, self._stamps_ns.tolist(), strict=True)
+        for raw in self._recording.messages([self.topics["lidar"]]):
+            record_ns, stamp_ns = next(expected, (None, 0))
+            if record_ns != raw.record_ns:
+                raise changed_meanwhile(self._recording.path)
+            yield Cloud(stamp_ns, _reader(self._recording, raw))
+        if next(expected, None) is not None:
+            raise changed_meanwhile(self._recording.path)
+
+
+def _odometry(
+    scan: Scan, times: dict[str, StreamTime], calibration: Calibration, robot: RobotConfig
+) -> OdometryTable | None:
+    """The odometry of the base frame."""
+    if "odometry" not in scan.streams or scan.streams["odometry"].columns != ODOMETRY_COLUMNS:
+        return None
+    recorded = {"odometry": TimedStream.of(scan.streams["odometry"], times["odometry"])}
+    aligned = turned_odometry(in_base_axes(recorded, calibration)["odometry"], robot.odometry_yaw_rad)
+    return OdometryTable(aligned.time.stamps_ns, aligned.values) if len(aligned.values) else None
+
+
+def _frame_of(recording: Recording, topic: str) -> str | None:
+    """The frame of the poses on a topic, by the first message that can be read; None where none tells it."""
+    for raw in recording.messages([topic]):
+        try:
+            sample = recording.decode(raw)
+        except DatasetsError:
+            continue
+        return getattr(sample, "frame_id", None)
+    return None
+
+
+def _reader(recording: Recording, raw: RawMessage) -> Callable[[], PointCloud]:
+    def read() -> PointCloud:
+        sample = recording.decode(raw)
+        if not isinstance(sample, PointCloud):
+            raise TypeError(f"{type(sample).__name__} is no cloud")
+        return sample
+
+    return read
+
+
+def _topics(recording: Recording, robot: RobotConfig, reads: Sequence[str]) -> TopicMap:
+    """The topics of what is wanted, and of transforms: what else a recording holds is neither read nor judged."""
+    others = {x.name: [NO_TOPIC] for x in fields(TopicCandidates) if x.name not in reads}
+    topics = resolve_topic_map(replace(robot.topics, **others), recording.topics)
+    if reads[0] not in topics.streams():
+        raise _missing(recording, topics, reads[0])
+    return topics
+
+
+def _missing(recording: Recording, topics: TopicMap, stream: str) -> DatasetsError:
+    what = f"the recording has no {_NOUNS[stream]}"
+    if recording.message_count == 0:
+        what = "the recording has no messages"
+    elif topics.notes:
+        what += f" ({'; '.join(topics.notes)})"
+    listed = ", ".join(f"{topic.name} ({topic.type})" for topic in recording.topics if topic.count)
+    cure = f"name their topic with robot.topics.{stream}=[/topic]"
+    return DatasetsError(f"{what}; it has {listed or 'nothing'}", where=recording.path, cure=cure)
+
+
+def _stream_notes(scan: Scan) -> list[str]:
+    """What cannot be used of the streams and transforms."""
+    notes = [f"{topic}: cannot be used: {fault}" for topic, fault in scan.faults.items()]
+    notes += [
+        f"{name}: not one of {stream.undecodable} messages on {stream.topic} can be decoded: {stream.first_fault}"
+        for name, stream in scan.unreadable.items()
+    ]
+    odometry = scan.streams.get("odometry")
+    if odometry is not None and odometry.undecodable:
+        notes.append(f"odometry: {odometry.undecodable} messages cannot be decoded: {odometry.first_fault}")
+    return notes
