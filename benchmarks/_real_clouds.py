@@ -13,8 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from navtool.datasets.recording import open_recording
 from navtool.datasets.robot.config import RobotConfig
-from navtool.methods.along.recorded_sweeps import RecordedSweeps
-from navtool.methods.along.sweeps import SweepConfig
+from navtool.datasets.streams.config import SyncConfig
+from navtool.methods.along.recorded_streams import RecordedStreams
+from navtool.methods.along.sweeps import Sweep, SweepConfig, Sweeps
 from navtool.methods.intensity_map.ground_height import height_above_ground
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -88,8 +89,9 @@ def _vlp16(folder: Path) -> RealCloud:
     if not path.is_dir():
         raise FileNotFoundError(2, "No such file or directory", str(path))
     with open_recording(path) as recording:
-        sweeps = RecordedSweeps(recording, RobotConfig(), SweepConfig(robot_radius_m=0.0))
-        sweep = max(sweeps, key=lambda one: len(one.xyz))
+        streams = RecordedStreams(recording, RobotConfig(), SyncConfig(), Sweeps.reads, 0.25)
+        read = (reading.read() for reading in Sweeps(SweepConfig(robot_radius_m=0.0)).readings(streams))
+        sweep = max((one for one in read if isinstance(one, Sweep)), key=lambda one: len(one.xyz))
     return RealCloud(
         "Nebula's capture, VLP-16", "vlp16", _height(sweep.xyz), sweep.xyz, sweep.intensity, None, may_be_shown=True
     )

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from navtool.cli.compose import compose
 from navtool.configs.intensity_map_job import IntensityMapJob
+from navtool.methods.along.pictures import png_bytes
 from navtool.methods.along.sweeps import Sweep, SweepDrops
 from navtool.methods.intensity_map.mapped import MappedSweep
-from navtool.methods.intensity_map.pictures import draw_map, png_bytes
+from navtool.methods.intensity_map.pictures import draw_map
 from navtool.pipeline.intensity_map.config import IntensityMapConfig
 from navtool.pipeline.intensity_map.glass_memory import GlassMemory
 from navtool.pipeline.intensity_map.layer_points import sort_points

@@ -13,7 +13,7 @@ from navtool.pipeline.intensity_map.score import QUESTIONS, compare, no_counts
 
 @dataclass(frozen=True, slots=True)
 class ClassScore:
-    """The answers to one question asked of each cell that was looked at; None where nothing was claimed, or nothing was there."""
+    """The answers to one question, asked of each cell that was looked at; None where nothing was claimed or there."""
 
     precision: float | None
     recall: float | None

@@ -69,7 +69,9 @@ class Method[T, R, P: Report](ABC):
     def settings(self) -> Mapping[str, object]:
         """Everything that decides the results, beside the input: hashed for the lineage."""
 
-    def begin(self, streams: Streams, known: PlaceTruth | None, first: Sequence[T]) -> None:
+    def begin(  # noqa: B027 - not every method looks first
+        self, streams: Streams, known: PlaceTruth | None, first: Sequence[T]
+    ) -> None:
         """Look at an input before its first step.
 
         Args:
@@ -100,7 +102,7 @@ class Method[T, R, P: Report](ABC):
         what = f"none of the {walked.ticks} {self.ticks.noun} gives a result{': ' if reasons else ''}{reasons}"
         return DatasetsError(what, where=streams.name, cure="look at it with `navtool inspect --report`")
 
-    def writers(self, folder: Path, streams: Streams) -> Sequence[Writer[R]]:
+    def writers(self, folder: Path, streams: Streams) -> Sequence[Writer[R]]:  # noqa: ARG002 - for those that have some
         """What writes the results of an input into a folder; none where the whole walk gives the output."""
         return ()
 
@@ -112,5 +114,5 @@ class Method[T, R, P: Report](ABC):
             DatasetsError: The whole walk gives nothing.
         """
 
-    def finish(self, folder: Path, report: P) -> None:
+    def finish(self, folder: Path, report: P) -> None:  # noqa: B027 - the writers may have written all
         """Write what the whole walk gives, such as a page."""

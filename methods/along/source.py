@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import override
 
 from navtool.base.errors import DatasetsError
 from navtool.base.lineage import code_version, config_hash
@@ -158,6 +159,7 @@ class EpisodeSource(Source):
         path = self.path.absolute().as_posix()
         return {"dataset": path, "episode": self._episode, "recording": recording, "dataset_config_sha256": config}
 
+    @override
     def truth(self, odometry_gap_s: float) -> PlaceTruth | None:
         """Nothing: a data set does not hold what stands there."""
         return None

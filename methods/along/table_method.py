@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple, override
 
 from navtool.base.files import write_bytes
 from navtool.methods.along.csv_file import CsvFile
@@ -34,6 +34,7 @@ class TableMethod[T, R: NamedTuple](Method[T, R, TableReport]):
         """What a user should look at in the results."""
         return []
 
+    @override
     def writers(self, folder: Path, streams: Streams) -> Sequence[Writer[R]]:
         """The table."""
         return [CsvFile(folder / "results.csv", ("stamp_ns", *self.columns), _line)]

@@ -49,4 +49,4 @@ class MapReport(Report):
 
     def to_json(self) -> dict[str, object]:
         """As plain values."""
-        return {**super().to_json(), "maps_per_s": self.maps_per_s}
+        return {**Report.to_json(self), "maps_per_s": self.maps_per_s}

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, override
 
 import numpy as np
 import yaml
@@ -87,6 +87,7 @@ class IntensityThreshold(Method[Sweep, None, FitReport]):
             self._add_waiting()
         return None
 
+    @override
     def end(self, streams: Streams, walked: Walked) -> None:
         """Look at the sweeps that are left, and keep what a user should look at in the input."""
         self._add_waiting()

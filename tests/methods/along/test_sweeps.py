@@ -1,9 +1,10 @@
 """Sweeps of a recording and of its data set are the same; tilted sensors, moving robots, bad points."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -12,18 +13,37 @@ from intensity_drive import HEIGHT_M, START_NS, intensity_drive
 from navtool.base.errors import DatasetsError
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
-from navtool.datasets.recording import open_recording
 from navtool.datasets.robot.config import RobotConfig
-from navtool.datasets.store.reader import NavDataset
-from navtool.methods.along.episode_sweeps import EpisodeSweeps
-from navtool.methods.along.recorded_sweeps import RecordedSweeps
-from navtool.methods.along.sweeps import Sweep, SweepConfig
+from navtool.datasets.streams.clock import Clock
+from navtool.datasets.streams.config import SyncConfig
+from navtool.methods.along.observation import Skip
+from navtool.methods.along.source import EpisodeError, Input
+from navtool.methods.along.streams import Streams
+from navtool.methods.along.sweeps import Sweep, SweepConfig, Sweeps
 
 
-def recorded(path: Path, robot: RobotConfig | None = None, **config: Any) -> tuple[list[Sweep], RecordedSweeps]:
-    with open_recording(path) as recording:
-        source = RecordedSweeps(recording, robot or RobotConfig(), SweepConfig(**config))
-        return list(source), source
+class Seen(NamedTuple):
+    """What the sweeps of an input are from, and what gave none."""
+
+    streams: Streams
+    clouds: int
+    duration_s: float
+    skipped: Counter[str]
+    notes: list[str]
+
+
+def recorded(
+    path: Path, robot: RobotConfig | None = None, sync: SyncConfig | None = None, **config: Any
+) -> tuple[list[Sweep], Seen]:
+    ticks = Sweeps(SweepConfig(**config))
+    with Input(path, robot=robot or RobotConfig(), sync=sync or SyncConfig()).open() as source:
+        streams = source.streams(ticks.reads, 0.25)
+        read = [reading.read() for reading in ticks.readings(streams)]
+        skips = [one for one in read if isinstance(one, Skip)]
+        notes = [*streams.notes, *(one.note for one in skips)]
+        counted = Counter(one.reason for one in skips)
+        seen = Seen(streams, ticks.count(streams), ticks.duration_s(streams), counted, notes)
+        return [one for one in read if isinstance(one, Sweep)], seen
 
 
 @pytest.mark.parametrize("container", ["ros1", "db3", "mcap"])
@@ -34,17 +54,32 @@ def test_a_recording_and_its_data_set_give_the_same_sweeps(
     report = ingest([path], tmp_path / "set", RobotConfig(), IngestConfig())
     assert not report.quarantined
     sweeps, source = recorded(path)
-    other = EpisodeSweeps(NavDataset(tmp_path / "set"), 0, SweepConfig())
-    stored = list(other)
+    stored, other = recorded(tmp_path / "set")
     assert len(sweeps) == len(stored) == source.clouds == other.clouds > 5
-    assert (source.name, source.topic, source.duration_s) == (other.name, other.topic, other.duration_s)
-    assert source.sensor_height_m == other.sensor_height_m == pytest.approx(HEIGHT_M)
-    for ours, theirs in zip(sweeps, stored, strict=True):
-        assert ours.stamp_ns == theirs.stamp_ns
-        assert ours.xyz.tobytes() == theirs.xyz.tobytes()
-        assert ours.intensity.tobytes() == theirs.intensity.tobytes()
-        assert ours.odom_sensor is not None
-        np.testing.assert_array_equal(ours.odom_sensor, theirs.odom_sensor)
+    ours, theirs = source.streams, other.streams
+    assert (ours.name, ours.topics, source.duration_s) == (theirs.name, theirs.topics, other.duration_s)
+    assert ours.lidar_height_m == theirs.lidar_height_m == pytest.approx(HEIGHT_M)
+    for one, two in zip(sweeps, stored, strict=True):
+        assert one.stamp_ns == two.stamp_ns
+        assert one.xyz.tobytes() == two.xyz.tobytes()
+        assert one.intensity.tobytes() == two.intensity.tobytes()
+        assert one.odom_sensor is not None
+        np.testing.assert_array_equal(one.odom_sensor, two.odom_sensor)
+
+
+def test_clouds_that_were_ingested_by_record_time_are_walked_by_it(
+    write_recording: Callable[..., Path], tmp_path: Path
+) -> None:
+    path = write_recording("mcap", intensity_drive())
+    sync = SyncConfig()
+    sync.lidar.clock = Clock.record
+    ingest([path], tmp_path / "set", RobotConfig(), IngestConfig(sync=sync))
+    sweeps, _ = recorded(path, sync=sync)
+    stored, _ = recorded(tmp_path / "set")
+    by_header, _ = recorded(path)
+    assert [one.stamp_ns for one in sweeps] == [one.stamp_ns for one in stored]
+    assert all(ours.stamp_ns - theirs.stamp_ns == 2_000_000 for ours, theirs in zip(sweeps, by_header, strict=True))
+    assert all(ours.xyz.tobytes() == theirs.xyz.tobytes() for ours, theirs in zip(sweeps, stored, strict=True))
 
 
 def test_a_tilted_sensor_sees_what_a_level_one_sees(write_recording: Callable[..., Path]) -> None:
@@ -114,9 +149,9 @@ def test_the_place_of_the_sensor_is_that_of_its_mount(write_recording: Callable[
 
 def test_the_height_is_unknown_where_nothing_tells_it(write_recording: Callable[..., Path]) -> None:
     path = write_recording("mcap", intensity_drive(footprint=False))
-    assert recorded(path)[1].sensor_height_m is None
+    assert recorded(path)[1].streams.lidar_height_m is None
     robot = replace(RobotConfig(), base_height_m=0.2)
-    assert recorded(path, robot)[1].sensor_height_m == pytest.approx(HEIGHT_M)
+    assert recorded(path, robot)[1].streams.lidar_height_m == pytest.approx(HEIGHT_M)
 
 
 def test_a_recording_without_clouds_is_refused(write_recording: Callable[..., Path]) -> None:
@@ -128,12 +163,12 @@ def test_a_recording_without_clouds_is_refused(write_recording: Callable[..., Pa
 def test_an_episode_that_is_not_there_is_refused(write_recording: Callable[..., Path], tmp_path: Path) -> None:
     entries = intensity_drive()
     ingest([write_recording("mcap", entries)], tmp_path / "set", RobotConfig(), IngestConfig())
-    with pytest.raises(DatasetsError, match="no episode 3: the data set has 1"):
-        EpisodeSweeps(NavDataset(tmp_path / "set"), 3, SweepConfig())
+    with pytest.raises(EpisodeError, match="no episode 3: the data set has 1"), Input(tmp_path / "set", 3).open():
+        raise AssertionError("there is no such episode")
     blind = [entry for entry in entries if entry[0] != "/points"]
     ingest([write_recording("mcap", blind, name="blind")], tmp_path / "blind-set", RobotConfig(), IngestConfig())
     with pytest.raises(DatasetsError, match="no whole clouds"):
-        EpisodeSweeps(NavDataset(tmp_path / "blind-set"), 0, SweepConfig())
+        recorded(tmp_path / "blind-set")
 
 
 @pytest.mark.parametrize(

@@ -5,14 +5,21 @@ from pathlib import Path
 import numpy as np
 from mapped_factory import mapped_anything
 
-from navtool.methods.intensity_map.arrays import ArrayWriter
+from navtool.methods.along.array_files import ArrayFiles
+from navtool.methods.along.writers import Outcome
+from navtool.methods.intensity_map.arrays import map_arrays
+from navtool.methods.intensity_map.mapped import MappedSweep
+
+
+def outcome(mapped: MappedSweep) -> Outcome[MappedSweep]:
+    return Outcome(mapped.number, mapped.sweep.stamp_ns, 0.0, mapped)
 
 
 def test_a_map_is_read_back_without_pickle(tmp_path: Path) -> None:
     mapped, alone = mapped_anything(0), mapped_anything(7, place=None)
-    writer = ArrayWriter(tmp_path / "arrays")
-    writer.add(mapped)
-    writer.add(alone)
+    writer = ArrayFiles(tmp_path / "arrays", map_arrays)
+    writer.add(outcome(mapped))
+    writer.add(outcome(alone))
     assert sorted(path.name for path in (tmp_path / "arrays").iterdir()) == ["000000.npz", "000007.npz"]
     with np.load(tmp_path / "arrays" / "000000.npz", allow_pickle=False) as found:
         np.testing.assert_array_equal(found["layers"], mapped.values)
@@ -32,5 +39,5 @@ def test_a_map_is_read_back_without_pickle(tmp_path: Path) -> None:
 
 def test_the_same_map_gives_the_same_bytes(tmp_path: Path) -> None:
     for name in ("one", "two"):
-        ArrayWriter(tmp_path / name).add(mapped_anything(0))
+        ArrayFiles(tmp_path / name, map_arrays).add(outcome(mapped_anything(0)))
     assert (tmp_path / "one" / "000000.npz").read_bytes() == (tmp_path / "two" / "000000.npz").read_bytes()

@@ -6,12 +6,11 @@ from pathlib import Path
 import pytest
 from disk_factory import SmallDisk
 from intensity_drive import intensity_drive
+from walking import intensity_maps
 
 from navtool.base.errors import OutputError
-from navtool.base.progress import Silent
-from navtool.methods.along.source import MapInput
+from navtool.methods.along.source import Input
 from navtool.methods.intensity_map.config import MapRunConfig, OutputConfig
-from navtool.methods.intensity_map.run import intensity_maps
 
 OUTPUTS = ("arrays_every", "pictures_every", "mcap_every", "video_every")
 
@@ -29,5 +28,5 @@ def test_a_full_disk_is_told(
     spare.unlink()
     config = MapRunConfig(outputs=OutputConfig(**{**dict.fromkeys(OUTPUTS, 0), output: 1}))
     with pytest.raises(OutputError, match=r"cannot be written \(.*space"):
-        intensity_maps(MapInput(path), disk.place / "maps", config, Silent())
+        intensity_maps(Input(path), disk.place / "maps", config)
     assert [entry.name for entry in disk.place.iterdir()] == ["filler"]

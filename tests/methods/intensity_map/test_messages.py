@@ -9,17 +9,18 @@ from mapped_factory import STAMP_NS, map_config, mapped_anything, mapped_points
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
+from navtool.methods.along.mcap_file import McapFile
+from navtool.methods.along.writers import Outcome
 from navtool.methods.intensity_map.mapped import LAYER_NAMES, MappedSweep
-from navtool.methods.intensity_map.mcap_file import MapMcap
-from navtool.methods.intensity_map.messages import CLASS_OCCUPANCY, MAP_FRAME, TOPICS
+from navtool.methods.intensity_map.messages import CLASS_OCCUPANCY, MAP_FRAME, TOPICS, MapMessages
 from navtool.pipeline.intensity_map.obstacles import CellClass
 
 
 def written(path: Path, maps: list[MappedSweep], png: bytes | None = None) -> dict[str, list[Any]]:
     """The messages of a file by topic, read by rosbags from the definitions in the file alone."""
-    with MapMcap(path) as file:
+    with McapFile(path, MapMessages(lambda _: png)) as file:
         for mapped in maps:
-            file.add(mapped, png)
+            file.add(Outcome(mapped.number, mapped.sweep.stamp_ns, 0.0, mapped))
     found: dict[str, list[Any]] = {}
     with AnyReader([path]) as reader:
         for connection, stamp_ns, raw in reader.messages():

@@ -10,8 +10,9 @@ import pytest
 from mapped_factory import mapped_anything, mapped_points
 from numpy.typing import NDArray
 
-from navtool.methods.along.video import MapVideo
-from navtool.methods.intensity_map.pictures import SIDE_PX, draw_map, legend_colours, png_bytes
+from navtool.methods.along.pictures import png_bytes
+from navtool.methods.along.video import VideoStream
+from navtool.methods.intensity_map.pictures import SIDE_PX, draw_map, legend_colours
 
 
 def classes_panel(sheet: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -58,7 +59,7 @@ def test_pictures_do_not_share_what_is_drawn_on_them() -> None:
 def test_a_video_has_a_frame_a_map_at_its_rate(tmp_path: Path) -> None:
     sheets = [draw_map(mapped_anything(number), number / 5) for number in range(4)]
     for name in ("one.mp4", "two.mp4"):
-        with MapVideo(tmp_path / name, Fraction(5)) as video:
+        with VideoStream(tmp_path / name, Fraction(5)) as video:
             for sheet in sheets:
                 video.add(sheet)
     assert (tmp_path / "one.mp4").read_bytes() == (tmp_path / "two.mp4").read_bytes()

@@ -11,16 +11,16 @@ import pytest
 from intensity_drive import HEIGHT_M, cloud_fields, intensity_drive
 from intensity_scene import Stand, scan_scene
 from recording_factory import Entry
+from walking import intensity_maps
 
 from navtool.base.errors import DatasetsError
 from navtool.base.progress import Silent
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.robot.config import RobotConfig
-from navtool.methods.along.source import MapInput
+from navtool.methods.along.source import Input
 from navtool.methods.intensity_map.config import MapRunConfig, OutputConfig, SensorHeight
 from navtool.methods.intensity_map.report import MapReport
-from navtool.methods.intensity_map.run import intensity_maps
 from navtool.pipeline.intensity_map.config import GridConfig, IntensityMapConfig, ObstacleConfig
 from navtool.pipeline.intensity_map.obstacles import CellClass
 
@@ -34,7 +34,7 @@ def settings(**changes: Any) -> MapRunConfig:
 
 
 def maps_of(path: Path, out: Path, config: MapRunConfig | None = None, **chosen: Any) -> MapReport:
-    return intensity_maps(MapInput(path, **chosen), out, config or settings(), Silent())
+    return intensity_maps(Input(path, **chosen), out, config or settings())
 
 
 def classes_in(out: Path, number: int) -> np.ndarray[Any, np.dtype[np.uint8]]:
@@ -250,8 +250,9 @@ def test_the_progress_adds_up(write_recording: Callable[..., Path], tmp_path: Pa
     entries = changed(intensity_drive(clouds=14), slice(12, 13), with_intensity(0.0))
     path = write_recording("mcap", changed(entries, slice(5, 7), empty))
     progress = Sum()
-    report = intensity_maps(MapInput(path), tmp_path / "maps", settings(), progress)
-    assert progress.done_work == progress.total == report.clouds == report.maps + sum(report.skipped.values())
+    report = intensity_maps(Input(path), tmp_path / "maps", settings(), progress)
+    assert progress.done_work == progress.total
+    assert report.clouds == report.maps + sum(report.skipped.values())
     assert progress.finished == f"1 {report.source}"
 
 

@@ -8,16 +8,16 @@ from typing import Any
 import pytest
 import yaml
 from intensity_drive import HEIGHT_M, intensity_drive
+from walking import fit_intensity_threshold
 
 from navtool.base.errors import DatasetsError
-from navtool.base.progress import Silent
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.robot.config import RobotConfig
-from navtool.methods.along.source import MapInput
+from navtool.methods.along.source import Input
 from navtool.methods.intensity_map.fit_report import FitReport
-from navtool.methods.intensity_map.fit_run import ThresholdRunConfig, fit_intensity_threshold
 from navtool.methods.intensity_map.fit_threshold import ThresholdFitConfig
+from navtool.methods.intensity_map.threshold import ThresholdRunConfig
 
 LEFT = [[3.8, 0.0], [4.2, 0.0], [4.2, 3.2], [3.8, 3.2]]
 RIGHT = [[3.8, -3.2], [4.2, -3.2], [4.2, 0.0], [3.8, 0.0]]
@@ -42,7 +42,7 @@ def truth(tmp_path: Path) -> Callable[..., Path]:
 
 def fit(path: Path, truth: Path | None, out: Path, episode: int | None = None, **tried: Any) -> FitReport:
     config = ThresholdRunConfig(tried=ThresholdFitConfig(every_s=0.0, **tried))
-    return fit_intensity_threshold([MapInput(path, episode)], truth, out, config, Silent())
+    return fit_intensity_threshold([Input(path, episode)], truth, out, config)
 
 
 def test_the_threshold_lies_between_strong_and_weak(
