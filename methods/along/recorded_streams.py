@@ -19,9 +19,9 @@ from navtool.datasets.streams.align import in_base_axes
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.config import SyncConfig
+from navtool.datasets.streams.first_pass import FirstPass, first_pass
 from navtool.datasets.streams.odometry_heading import turned_odometry
 from navtool.datasets.streams.rows import ODOMETRY_COLUMNS
-from navtool.datasets.streams.scan import Scan, scan_recording
 from navtool.datasets.streams.timed_stream import TimedStream
 from navtool.methods.along.odometry_table import OdometryTable
 from navtool.methods.along.streams import Cloud, Streams
@@ -48,22 +48,22 @@ class RecordedStreams(Streams):
         self, recording: Recording, robot: RobotConfig, sync: SyncConfig, reads: Sequence[str], odometry_gap_s: float
     ) -> None:
         topics = _topics(recording, robot, reads)
-        scan = scan_recording(recording, topics, ())
-        if reads[0] not in scan.streams:
+        found = first_pass(recording, topics, ())
+        if reads[0] not in found.streams:
             raise _missing(recording, topics, reads[0])
-        times = Clocks.of(scan, sync).times(reads[0])
-        transforms, _ = latest_transforms(scan.transforms)
-        frames = {name: stream.frame_id for name, stream in scan.streams.items()}
-        calibration = calibrate(robot, RecordedGeometry(frames, transforms), image_topic=None, native_size=None)
-        odometry = _odometry(scan, times, calibration, robot)
-        there = {name: stream.topic for name, stream in scan.streams.items()}
+        times = Clocks.of(found, sync).times(reads[0])
+        transforms, _ = latest_transforms(found.transforms)
+        frames = {name: stream.frame_id for name, stream in found.streams.items()}
+        calibration = calibrate(robot, RecordedGeometry(frames, transforms), None)
+        odometry = _odometry(found, times, calibration, robot)
+        there = {name: stream.topic for name, stream in found.streams.items()}
         super().__init__(source_name(recording.path), there, calibration, odometry, odometry_gap_s)
         self.notes = [*(f"recovered: {fault}" for fault in recording.faults), *topics.notes, *self.notes]
-        self.notes += _stream_notes(scan)
+        self.notes += _stream_notes(found)
         self._recording = recording
         if "odometry" in there:
             self.odometry_frame = _frame_of(recording, there["odometry"]) or self.odometry_frame
-        self._record_ns = scan.streams["lidar"].record_ns if "lidar" in there else []
+        self._record_ns = found.streams["lidar"].record_ns if "lidar" in there else []
         self._stamps_ns = np.array(self._record_ns, dtype=np.int64)
         if "lidar" in there:
             # A cloud without a usable stamp keeps the time of its record, as in a data set.
@@ -89,12 +89,12 @@ class RecordedStreams(Streams):
 
 
 def _odometry(
-    scan: Scan, times: dict[str, StreamTime], calibration: Calibration, robot: RobotConfig
+    found: FirstPass, times: dict[str, StreamTime], calibration: Calibration, robot: RobotConfig
 ) -> OdometryTable | None:
     """The odometry of the base frame."""
-    if "odometry" not in scan.streams or scan.streams["odometry"].columns != ODOMETRY_COLUMNS:
+    if "odometry" not in found.streams or found.streams["odometry"].columns != ODOMETRY_COLUMNS:
         return None
-    recorded = {"odometry": TimedStream.of(scan.streams["odometry"], times["odometry"])}
+    recorded = {"odometry": TimedStream.of(found.streams["odometry"], times["odometry"])}
     aligned = turned_odometry(in_base_axes(recorded, calibration)["odometry"], robot.odometry_yaw_rad)
     return OdometryTable(aligned.time.stamps_ns, aligned.values) if len(aligned.values) else None
 
@@ -140,14 +140,14 @@ def _missing(recording: Recording, topics: TopicMap, stream: str) -> DatasetsErr
     return DatasetsError(f"{what}; it has {listed or 'nothing'}", where=recording.path, cure=cure)
 
 
-def _stream_notes(scan: Scan) -> list[str]:
+def _stream_notes(found: FirstPass) -> list[str]:
     """What cannot be used of the streams and transforms."""
-    notes = [f"{topic}: cannot be used: {fault}" for topic, fault in scan.faults.items()]
+    notes = [f"{topic}: cannot be used: {fault}" for topic, fault in found.faults.items()]
     notes += [
         f"{name}: not one of {stream.undecodable} messages on {stream.topic} can be decoded: {stream.first_fault}"
-        for name, stream in scan.unreadable.items()
+        for name, stream in found.unreadable.items()
     ]
-    odometry = scan.streams.get("odometry")
+    odometry = found.streams.get("odometry")
     if odometry is not None and odometry.undecodable:
         notes.append(f"odometry: {odometry.undecodable} messages cannot be decoded: {odometry.first_fault}")
     return notes
