@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from typing import ClassVar, NamedTuple
 
-import numpy as np
-
 from navtool.methods.along.observation import Observation, Skip
 from navtool.methods.along.odometry import Odometry, OdometryReading
 from navtool.methods.along.table_method import TableMethod
@@ -26,7 +24,8 @@ class SpeedProfile(TableMethod[OdometryReading, Speeds]):
 
     def __init__(self, most_mps: float = 10.0) -> None:
         self.ticks = Odometry()
-        self._most_mps, self._forward_mps = most_mps, np.zeros(0)
+        self._most_mps = most_mps
+        self._forward_mps: list[float] = []
 
     @property
     def settings(self) -> Mapping[str, object]:
@@ -38,9 +37,9 @@ class SpeedProfile(TableMethod[OdometryReading, Speeds]):
         forward_mps = float(observation.reading.linear_mps[0])
         if abs(forward_mps) > self._most_mps:
             return Skip("faster than robots go", f"odometry: {forward_mps:g} m/s at {observation.stamp_ns} ns")
-        self._forward_mps = np.append(self._forward_mps, forward_mps)
+        self._forward_mps.append(forward_mps)
         return Speeds(forward_mps, float(observation.reading.angular_radps[2]))
 
     def figures(self) -> dict[str, float]:
         """The fastest and the mean."""
-        return {"most_mps": float(self._forward_mps.max()), "mean_mps": float(self._forward_mps.mean())}
+        return {"most_mps": max(self._forward_mps), "mean_mps": sum(self._forward_mps) / len(self._forward_mps)}
