@@ -103,7 +103,7 @@ def _check_samples(split: Split, report: SampleReport, *, least: int) -> None:
     if report.samples >= least:
         return
     raise TrainError(
-        f"the {split.value} split has {report.samples} samples of {report.rows} rows ({report.told() or 'no rows'})",
+        f"the {split.value} split has {report.samples} samples of {report.rows} rows ({report.reasons() or 'no rows'})",
         where=f"split.{split.value}",
         cure=report.cure(),
     )

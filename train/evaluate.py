@@ -148,7 +148,7 @@ def evaluate_scorer(
     kind = kind_of(config.model)
     samples = kind.task.samples(source, episodes, config)
     if not len(samples):
-        reasons = samples.report.told() or "no episodes"
+        reasons = samples.report.reasons() or "no episodes"
         raise TrainError(
             f"the {split.value} split has no samples in {samples.report.rows} rows ({reasons})",
             where="split",

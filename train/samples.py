@@ -23,7 +23,7 @@ class SampleReport:
     excluded: dict[str, int]
     """Other rows by reason."""
 
-    def told(self) -> str:
+    def reasons(self) -> str:
         """The reasons that occurred, with their counts; empty where none did."""
         return ", ".join(f"{count} {reason}" for reason, count in self.excluded.items() if count)
 

@@ -38,7 +38,7 @@ class Picture[SamplesT, BatchT, OutputT]:
     """A picture of predictions."""
 
     choose: Callable[[SamplesT, int], list[int]]
-    """At most so many samples that tell something, by what is true of them; ascending."""
+    """At most so many samples that show something, by what is true of them; ascending."""
     draw: Callable[[Sequence[BatchT], OutputT, TrainConfig], Figure]
     """Samples, not batched, and the network's output for the batch of them."""
 

@@ -88,7 +88,7 @@ def test_a_data_set_becomes_maps(call: Call, bag: Path, tmp_path: Path) -> None:
         (("BAG", "--out", "OUT", "largest_intensity=9"), "is less than map.layers.full_scale"),
     ],
 )
-def test_wrong_calls_are_told_as_such(
+def test_wrong_calls_are_reported_as_such(
     call: Call, bag: Path, tmp_path: Path, arguments: tuple[str, ...], said: str
 ) -> None:
     (tmp_path / "full").mkdir()

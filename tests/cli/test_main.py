@@ -106,7 +106,7 @@ def test_reading_and_ingesting_load_no_torch(command: str) -> None:
     assert done.stdout.strip() == "[]"
 
 
-def test_paths_and_overrides_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_paths_and_overrides_are_kept_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "odd=name.bag").touch()
     given = ["a.bag", "fps=5", "odd=name.bag", "sync.image.tolerance_s=0.1", "+new=1", "/data/x.mcap", "robot=husky"]
@@ -287,7 +287,7 @@ def test_a_refused_choice_names_those_that_are_taken(
     assert said.strip().endswith(cure)
 
 
-def test_a_reason_is_told_once_for_all_its_recordings(navtool: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_reason_is_reported_once_for_all_its_recordings(navtool: Callable[..., Any], tmp_path: Path) -> None:
     bags = [tmp_path / f"run-{number}.bag" for number in range(7)]
     for bag in bags[:6]:
         bag.write_text("not a recording")

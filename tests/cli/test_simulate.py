@@ -80,7 +80,7 @@ def test_bad_calls_get_one_error_and_an_exit_code(
 
 
 @pytest.mark.parametrize("missing", ["embreex", "mujoco"])
-def test_without_the_extra_the_cure_is_told(missing: str, tmp_path: Path) -> None:
+def test_without_the_extra_the_cure_is_reported(missing: str, tmp_path: Path) -> None:
     call = ["navtool", "simulate", *SMALL, "robot=quadruped", "--out", str(tmp_path / "out")]
     code = (
         f"import sys; sys.modules[{missing!r}] = None; sys.argv = {call!r}; from navtool.cli.main import main; main()"

@@ -152,7 +152,7 @@ def test_no_points_and_no_pixels() -> None:
         ({"distortion_model": "plumb_bob", "distortion": (0.1, float("inf"), 0.0, 0.0)}, "finite"),
     ],
 )
-def test_bad_intrinsics_are_told(changes: dict[str, object], told: str) -> None:
+def test_bad_intrinsics_are_reported(changes: dict[str, object], told: str) -> None:
     with pytest.raises(ValueError, match=told):
         replace(IDEAL, **changes)  # type: ignore[arg-type] # each value has its field's type or is the point
 

@@ -272,7 +272,7 @@ def test_few_points_take_fewer_neighbours() -> None:
         {"max_points": 0},
     ],
 )
-def test_bad_settings_are_told(bad: dict[str, float]) -> None:
+def test_bad_settings_are_reported(bad: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(bad))):
         CloudReliabilityConfig(**bad)  # type: ignore[arg-type] # the counts are ints
 

@@ -150,7 +150,7 @@ def test_float64_clouds_and_negative_zero() -> None:
 @pytest.mark.parametrize(
     ("size", "seed", "voxel_m"), [(0, 0, 0.05), (5, -1, 0.05), (5, 0, 0.0), (5, 0, 0.0505), (5, 0, 11.0)]
 )
-def test_bad_settings_are_told(size: int, seed: int, voxel_m: float) -> None:
+def test_bad_settings_are_reported(size: int, seed: int, voxel_m: float) -> None:
     with pytest.raises(ValueError, match="set"):
         fixed_size_cloud(cloud_of(3), size, seed, voxel_m)
 

@@ -129,7 +129,7 @@ def test_tiny_images(shape: tuple[int, int, int]) -> None:
         {"fast_threshold": 255},
     ],
 )
-def test_bad_settings_are_told(bad: dict[str, float]) -> None:
+def test_bad_settings_are_reported(bad: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(bad))):
         ImageReliabilityConfig(**bad)  # type: ignore[arg-type] # the fast threshold is an int
 

@@ -192,7 +192,7 @@ def test_a_camera_that_looks_up_sees_nothing() -> None:
 
 
 @pytest.mark.parametrize("bad", [{"robot_width_m": 0.0}, {"dt_s": -0.1}, {"near_m": float("nan")}, {"horizon": 0}])
-def test_bad_settings_are_told(bad: dict[str, float]) -> None:
+def test_bad_settings_are_reported(bad: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(bad))):
         TrajectoryImageConfig(**bad)  # type: ignore[arg-type] # a horizon of 0 is the point
 

@@ -225,7 +225,7 @@ class TestPretrainedImageWeights:
         net.load_pretrained_image_weights()
         assert torch.equal(net.image_net.backbone.conv1.weight, before)
 
-    def test_a_missing_file_is_told_with_the_cure(self, tmp_path: Path) -> None:
+    def test_a_missing_file_is_reported_with_the_cure(self, tmp_path: Path) -> None:
         net = small_net(pretrained_image_weights=str(tmp_path / "absent.pt"))
         with pytest.raises(TrainError, match="no such file") as caught:
             net.load_pretrained_image_weights()

@@ -83,7 +83,7 @@ def test_a_damaged_chunk_costs_its_own_messages(container: str, write_recording:
 
 
 @pytest.mark.parametrize("container", ["ros1", "mcap_small_chunks"])
-def test_what_is_lost_within_a_chunk_or_between_two_is_told(container: str, write_recording: Write) -> None:
+def test_what_is_lost_within_a_chunk_or_between_two_is_reported(container: str, write_recording: Write) -> None:
     file = file_of(write_recording(container, many_entries(100)))
     whole, _ = everything(file)
     data = bytearray(file.read_bytes())

@@ -133,7 +133,7 @@ def test_records_of_more_than_numbers_are_refused() -> None:
         MessageType(MESSAGE, "ros1", Definition("msg", text), "humble")
 
 
-def test_more_records_than_bytes_are_told() -> None:
+def test_more_records_than_bytes_are_reported() -> None:
     layout = Layout(("float32",), (), (), 3, 2)
     store = store_of(layout, ros1=True)
     data = bytearray(store.serialize_ros1(message_of(layout, store), MESSAGE))

@@ -250,7 +250,7 @@ def test_paths_with_the_signs_of_an_address_are_read(write_recording: Write) -> 
         assert len(all_messages(folder / path.name)) == 2
 
 
-def test_the_format_is_told_from_the_bytes_and_not_from_the_name(write_recording: Write, tmp_path: Path) -> None:
+def test_the_format_follows_from_the_bytes_and_not_from_the_name(write_recording: Write, tmp_path: Path) -> None:
     disguised = tmp_path / "recording.data"
     shutil.copy(write_recording("ros1", imu_entries(2)), disguised)
     with open_recording(disguised) as recording:

@@ -18,7 +18,7 @@ from navtool.datasets.recording import RawMessage, open_recording
 type Write = Callable[..., Path]
 
 
-def test_what_is_not_there_is_told(tmp_path: Path) -> None:
+def test_what_is_not_there_is_reported(tmp_path: Path) -> None:
     with pytest.raises(DatasetsError, match="no such file or folder") as caught:
         open_recording(tmp_path / "absent.bag")
     assert caught.value.where == str(tmp_path / "absent.bag")

@@ -20,6 +20,6 @@ from navtool.pipeline.intensity_map.intensity_check import judge_intensities
         (list(range(256)), None),
     ],
 )
-def test_intensities_that_cannot_carry_a_map_are_told(intensity: list[float], problem: str | None) -> None:
+def test_intensities_that_cannot_carry_a_map_are_reported(intensity: list[float], problem: str | None) -> None:
     said = judge_intensities(np.array(intensity, np.float32), 255.0)
     assert said is None if problem is None else said is not None and problem in said

@@ -25,7 +25,7 @@ def near(x: float, y: float) -> tuple[slice, slice]:
     return slice(row - 3, row + 3), slice(column - 3, column + 3)
 
 
-def test_a_scene_of_all_kinds_is_told_apart_and_lies_where_it_is() -> None:
+def test_a_scene_of_all_kinds_is_separated_and_lies_where_it_is() -> None:
     scene = scan_scene(
         [
             Stand("wall", (4, -1), (4, 1)),

@@ -219,7 +219,7 @@ def test_obstacles_are_outlined_where_they_stand(messages: Messages, stage: Stag
         np.testing.assert_allclose(only.clearance(x, y), 0.0, atol=1e-3)
 
 
-def test_the_terrain_underneath_is_told_at_each_change(messages: Messages, stage: Stage, drive: Drive) -> None:
+def test_the_terrain_underneath_is_reported_at_each_change(messages: Messages, stage: Stage, drive: Drive) -> None:
     told = [json.loads(message.data) for _, message in messages["/ground_truth/terrain"]]
     assert all(a["surface"] != b["surface"] for a, b in itertools.pairwise(told))
     assert told[0]["stamp_ns"] == START_NS
