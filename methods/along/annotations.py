@@ -108,7 +108,7 @@ def _outline(entry: object, place: str, faults: list[str]) -> Outline | None:
 
 
 def _area_m2(corners: Float64[Array, "k 2"]) -> float:
-    """Of the convex hull: an outline that crosses itself encloses something all the same."""
+    """Area of the convex hull: an outline that crosses itself encloses something all the same."""
     return float(cv2.contourArea(cv2.convexHull((corners - corners[0]).astype(np.float32))))
 
 

@@ -12,7 +12,7 @@ from navtool.pipeline.arrays import Array
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 _LEVEL = 1
-"""Of deflate: maps are mostly zeros, of which higher levels make little less in three times the time."""
+"""Level of deflate: maps are mostly zeros, of which higher levels make little less in three times the time."""
 
 
 class ArrayFiles[R](Writer[R]):

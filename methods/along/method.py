@@ -22,7 +22,7 @@ class Walked:
     out: str
     """The folder of the output."""
     names: list[str] = field(default_factory=list)
-    """Of the inputs."""
+    """Names of the inputs."""
     ticks: int = 0
     results: int = 0
     duration_s: float = 0.0

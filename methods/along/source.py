@@ -32,7 +32,7 @@ class Input:
     path: Path
     """A recording, or the folder of a data set."""
     episode: int | None = None
-    """Of a data set; None for a recording, or the only one."""
+    """Episode of a data set; None for a recording, or the only one."""
     robot: RobotConfig = field(default_factory=RobotConfig)
     """Whose recording it is. A data set knows its own."""
     merged: bool = False

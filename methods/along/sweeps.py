@@ -34,7 +34,7 @@ class Sweep(NamedTuple):
     """One LiDAR sweep around the sensor."""
 
     stamp_ns: int
-    """Of the cloud, on the clock of the recording."""
+    """Stamp of the cloud, on the clock of the recording."""
     xyz: Float32[Array, "p 3"]
     """Metres, where they were at the stamp; the origin is the sensor, x and z point forward and up as the base's do."""
     intensity: Float32[Array, " p"]

@@ -21,7 +21,7 @@ class TableMethod[T, R: NamedTuple](Method[T, R, TableReport]):
     """
 
     title: ClassVar[str]
-    """Of the page."""
+    """Title of the page."""
     columns: ClassVar[tuple[str, ...]]
     """Names of a result's numbers, with their units."""
     report_type = TableReport

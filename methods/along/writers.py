@@ -15,7 +15,7 @@ class Outcome[R]:
     number: int
     """From 0 on, without gaps."""
     stamp_ns: int
-    """Of the tick, on the clock of the recording."""
+    """Stamp of the tick, on the clock of the recording."""
     seconds: float
     """Since the first result."""
     result: R

@@ -11,7 +11,7 @@ from navtool.pipeline.intensity_map.config import IntensityMapConfig
 from navtool.pipeline.intensity_map.mapper import IntensityMap
 
 LAYER_NAMES: Final = ("level", "below", "upper", "lower")
-"""Of the layers of a map, in its order: z = 0, z = -epsilon, (0, h] and [-h, 0)."""
+"""Names of the layers of a map, in its order: z = 0, z = -epsilon, (0, h] and [-h, 0)."""
 
 
 class MappedSweep:

@@ -143,7 +143,7 @@ class MapMessages:
         return self._bytes("tf2_msgs/msg/TFMessage", transforms=[stamped])
 
     def _occupancy(self, mapped: MappedSweep, values: Int8[Array, "n n"]) -> bytes:
-        """Rows of an OccupancyGrid run along x, one after the other along y (NOTES M8): here alone maps are turned."""
+        """Rows of an OccupancyGrid run along x, one after the other along y: here alone maps are turned."""
         grid = mapped.config.grid
         stamp = self._stamp(mapped)
         info = self._make(

@@ -14,7 +14,7 @@ from navtool.pipeline.intensity_map.layer_points import Layer
 from navtool.pipeline.intensity_map.obstacles import CellClass
 
 SIDE_PX = 300
-"""Of a panel."""
+"""Size of a panel."""
 _TOP_PX, _GAP_PX = 26, 8
 _GROUND, _INK, _DIM = (24, 20, 18), (235, 235, 235), (150, 150, 150)
 _FREE = (46, 40, 36)

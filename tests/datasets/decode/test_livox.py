@@ -118,7 +118,9 @@ def damaged(data: bytes) -> list[bytes]:
 
 
 @pytest.mark.parametrize("container", ["ros1", "db3", "mcap"])
-def test_a_damaged_message_is_reported_and_hinders_no_other(container: str, write_recording: Callable[..., Path]) -> None:
+def test_a_damaged_message_is_reported_and_hinders_no_other(
+    container: str, write_recording: Callable[..., Path]
+) -> None:
     fields = cloud_fields(3)
     path = write_recording(container, [("/livox", "livox_ros_driver2/msg/CustomMsg", STAMP_NS, fields)])
     with open_recording(path) as recording:
