@@ -19,7 +19,8 @@ class Report:
     def to_json(self) -> dict[str, object]:
         """As plain values; those of the moment last."""
         content: dict[str, object] = plain_fields(self)
-        return {**content, **{name: content.pop(name) for name in ("seconds", "done_before")}}
+        moment = {name: content.pop(name) for name in ("seconds", "done_before")}
+        return {**content, **moment}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
