@@ -87,7 +87,7 @@ def summary(seen: Inspection) -> list[str]:
     """Container, messages, and the streams with their messages and rates."""
     topics = {topic.name: topic for topic in seen.topics if topic.count}
     streams = []
-    for stream, name in seen.topic_map.streams().items():
+    for stream, name in seen.topic_map.streams.items():
         rate = topics[name].rate_hz
         streams.append(f"{stream} `{name}` {topics[name].count}" + ("" if rate is None else f" at {rate:.1f}"))
     return [seen.format, str(seen.messages), ", ".join(streams)]

@@ -42,7 +42,7 @@ def inspect(
         raise UsageError("is there already", where=write_robot, cure="name another file, or remove it")
     base = find_robot(robot, ())
     recording = local_path(bag)
-    inspection = inspect_recording(recording, base.topics)
+    inspection = inspect_recording(recording, base)
     if write_robot is not None:
         save_robot_file(robot_from(base, inspection), write_robot)
     if report is not None:
@@ -70,7 +70,7 @@ def print_inspection(inspection: "Inspection") -> None:
     out = console()
     span_s = (inspection.end_ns - inspection.start_ns) * 1e-9
     out.print(f"{inspection.path}: {inspection.format}, {inspection.messages} messages, {span_s:.1f} s", markup=False)
-    used = {topic: stream for stream, topic in inspection.topic_map.streams().items()}
+    used = {topic: stream for stream, topic in inspection.topic_map.streams.items()}
     used |= dict.fromkeys(inspection.topic_map.transforms, "transforms")
     feeds = {topic.name: (topic.name, topic.type, used.get(topic.name, "not used")) for topic in inspection.topics}
     times = {

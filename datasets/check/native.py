@@ -9,11 +9,10 @@ from navtool.datasets.check.content import FROZEN_S
 from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, runs, short
 from navtool.datasets.robot.gravity import odd_gravity
 from navtool.datasets.store.reader import Episode, NavDataset
+from navtool.datasets.streams.table import STREAMS
 from navtool.pipeline.arrays import Array
 
 _ACCELERATION = ("ax_mps2", "ay_mps2", "az_mps2")
-_MEASURED = ("imu", "joints")
-"""Streams of sensors that never repeat themselves to the last digit while they work."""
 
 
 def check_native(dataset: NavDataset) -> Findings:
@@ -53,7 +52,7 @@ def _values(where: str, stream: str, stamps: Int64[Array, " n"], columns: dict[s
         yield Severity.WARN, where, f"NaN as recorded: {', '.join(lacking[:6])}{' and more' if lacking[6:] else ''}"
     if stream == "imu" and (odd := odd_gravity(np.column_stack([columns[name] for name in _ACCELERATION]))):
         yield Severity.WARN, where, odd
-    if stream in _MEASURED:
+    if stream in STREAMS and STREAMS[stream].never_still:
         table = np.column_stack(list(columns.values()))
         same = np.concatenate([[False], (table[1:] == table[:-1]).all(axis=1)])
         longest = max(((stamps[end - 1] - stamps[first - 1]) * 1e-9 for first, end in runs(same)), default=0.0)

@@ -73,7 +73,7 @@ def _summary(
         episode=episode,
         source=source_name(path),
         rows=int(plan.ticks_ns.size),
-        topics=plan.topics.streams(),
+        topics=dict(plan.topics.streams),
         not_used=[plain_fields(topic) for topic in plan.topics.not_used],
         dropped=dropped,
         sync=dict(plan.sync_report),

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from navtool.datasets.ingest.grid import Grid
 from navtool.datasets.ingest.large_stream import LargeStream
 from navtool.datasets.store.schema import Contents
-from navtool.datasets.streams.first_pass import LARGE, FirstPass
+from navtool.datasets.streams.first_pass import FirstPass
+from navtool.datasets.streams.table import LARGE
 
 
 def dropped_messages(

@@ -12,10 +12,9 @@ from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.sync import grid_ticks
+from navtool.datasets.streams.table import GRID_STREAMS
 from navtool.pipeline.arrays import Array
 
-GRID_STREAMS = ("image", "lidar", "odometry")
-"""The first of these that lasts for two ticks spans the grid."""
 MIN_ROWS = 2
 MOST_PAUSE_S = 3600.0
 """Where nothing that could make a grid comes for longer, there are two runs, or a stamp that is wrong."""
@@ -39,8 +38,8 @@ def usable_topics(recording: Recording, robot: RobotConfig) -> TopicMap:
     Raises:
         DatasetsError: No stream can span a grid.
     """
-    topics = resolve_topic_map(robot.topics, recording.topics)
-    if not any(getattr(topics, stream) for stream in GRID_STREAMS):
+    topics = resolve_topic_map(robot, recording.topics)
+    if not any(stream in topics.streams for stream in GRID_STREAMS):
         raise _nothing_usable(recording, topics)
     return topics
 
@@ -103,7 +102,7 @@ def _what_was_found(recording: Recording, topics: TopicMap) -> str:
     if recording.message_count == 0:
         return "no usable stream: the recording has no messages"
     others = ", ".join(f"{topic.name} ({topic.type}: {topic.reason})" for topic in topics.not_used)
-    used = ", ".join(f"{stream} {topic}" for stream, topic in topics.streams().items())
+    used = ", ".join(f"{stream} {topic}" for stream, topic in topics.streams.items())
     transforms = ", ".join(topics.transforms)
     parts = [
         f"found {used}" if used else "",

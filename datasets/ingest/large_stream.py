@@ -11,9 +11,10 @@ from navtool.datasets.store.data_file import Column
 from navtool.datasets.store.schema import Contents
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.config import StreamSync, SyncConfig
-from navtool.datasets.streams.first_pass import LARGE, FirstPass
+from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.sync import Match, choose, nearest
+from navtool.datasets.streams.table import LARGE
 from navtool.pipeline.arrays import Array
 
 

@@ -119,7 +119,7 @@ def _calibration(robot: RobotConfig, found: FirstPass) -> tuple[Calibration, tup
     """The episode's geometry, and the static transforms that were published with different values."""
     transforms, changed = latest_transforms(found.transforms)
     frames = {name: stream.frame_id for name, stream in found.streams.items()}
-    topic, images = found.topics.image, found.streams.get("image")
+    topic, images = found.topics.topic_of("image"), found.streams.get("image")
     native_size = None if images is None else images.native_size
     wanted = None if topic is None else CameraImages(topic, native_size, (IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX))
     return calibrate(robot, RecordedGeometry(frames, transforms, found.camera_info), wanted), changed

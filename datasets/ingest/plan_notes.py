@@ -59,12 +59,7 @@ def _calibration_notes(found: FirstPass, calibration: Calibration) -> list[str]:
     notes = [f"{topic}: cannot be used: {fault}" for topic, fault in found.faults.items()]
     if "image" in found.streams and calibration.camera is None:
         notes.append("camera: no CameraInfo and none in the robot's configuration; trajectory images cannot be made")
-    for sensor, pose in (
-        ("image", calibration.base_camera),
-        ("lidar", calibration.base_lidar),
-        ("imu", calibration.base_imu),
-        ("odometry", calibration.base_odometry),
-    ):
+    for sensor, pose in calibration.poses().items():
         stated = sensor != "odometry" or bool(found.streams[sensor].frame_id) if sensor in found.streams else False
         if stated and pose is None:
             frame = found.streams[sensor].frame_id or "(none)"

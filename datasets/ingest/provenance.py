@@ -25,7 +25,7 @@ def provenance_of(path: Path, planned: Planned, robot: RobotConfig, config: Inge
         "start_ns": int(plan.ticks_ns[0]),
         "end_ns": int(plan.ticks_ns[-1]),
         "recovered": list(plan.faults),
-        "topics": plan.topics.streams(),
+        "topics": dict(plan.topics.streams),
         "not_used": [plain_fields(topic) for topic in plan.topics.not_used],
         "config_hash": settings_hash(robot, config),
         "code_version": code_version(),

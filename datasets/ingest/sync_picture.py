@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from navtool.datasets.store.data_file import Column
+from navtool.datasets.streams.table import STREAMS
 from navtool.pipeline.arrays import Array
 
 _WIDTH, _LEFT, _RIGHT = 1000, 150, 190
 _TOP, _LANE = 46, 44
 _BINS = 400
-_COLUMNS = {"odometry": "state", "command": "action"}
 _STYLE = (
     "text{font:12px sans-serif;fill:#24292f}.dim{fill:#6e7781}.bar{fill:#2f81b7}.lost{fill:#d1495b}"
     ".lane{fill:#eef1f4}.line{stroke:#b8860b;stroke-width:1;fill:none}.step{stroke:#d1495b;stroke-width:2}"
@@ -56,7 +56,7 @@ def _lane(name: str, stream: dict[str, Any], columns: dict[str, Column], top: in
         f'<text class="dim" x="{_WIDTH - _RIGHT + 8}" y="{top + 27}">{served}</text>',
         f'<rect class="lane" x="{_LEFT}" y="{top}" width="{wide}" height="{tall}"/>',
     ]
-    column = _COLUMNS.get(name, name)
+    column = STREAMS[name].in_rows
     valid = columns.get(f"valid.{column}")
     if valid is not None:
         errors = np.abs(columns[f"sync.error_s.{column}"]) / stream["tolerance_s"]

@@ -12,6 +12,7 @@ from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.config import StreamSync, SyncConfig
 from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.sync import Method
+from navtool.datasets.streams.table import STREAMS
 from navtool.pipeline.arrays import Array
 
 GAPS_SHOWN = 20
@@ -20,10 +21,6 @@ GAP_PERIODS = 3.0
 LATE_S = 1.0
 """A message recorded so much later than usual is late."""
 _DRIFT_LEAST_S = 20.0
-
-
-_COLUMN = {"odometry": "state", "command": "action", "intervention": None}
-"""Under which name a stream's rows stand in the data set, where it is not its own; None where it has none."""
 
 
 def sync_report(
@@ -35,7 +32,7 @@ def sync_report(
     """
     streams, start_ns = {}, int(grid.ticks_ns[0])
     for name, time in grid.times.items():
-        sync, column = config.gridded().get(name), _COLUMN.get(name, name)
+        sync, column = config.gridded().get(name), STREAMS[name].in_rows
         valid = columns.get(f"valid.{column}")
         errors = np.abs(columns[f"sync.error_s.{column}"][valid]) if valid is not None else np.zeros(0)
         header_ns, record_ns = clocks.header_ns[name], clocks.record_ns[name]

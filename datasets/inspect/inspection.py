@@ -10,7 +10,7 @@ import numpy as np
 from navtool.base.errors import DatasetsError
 from navtool.base.plain import plain_fields
 from navtool.datasets.recording import Recording, Topic, open_recording
-from navtool.datasets.robot.config import RobotConfig, TopicCandidates
+from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
 
 
@@ -59,7 +59,7 @@ class Inspection:
 
     def to_json(self) -> dict[str, object]:
         """Everything as plain JSON values; every stream is a key of ``topic_map``, null where it has no topic."""
-        return plain_fields(self)
+        return plain_fields(self) | {"topic_map": self.topic_map.to_json()}
 
 
 def robot_from(base: RobotConfig, inspection: Inspection) -> RobotConfig:
@@ -67,7 +67,7 @@ def robot_from(base: RobotConfig, inspection: Inspection) -> RobotConfig:
 
     A stream that the recording lacks keeps the base's candidates: other recordings of the robot may have it.
     """
-    found = {stream: [topic] for stream, topic in inspection.topic_map.streams().items()}
+    found = {stream: [topic] for stream, topic in inspection.topic_map.streams.items()}
     return replace(base, topics=replace(base.topics, **found))
 
 
@@ -80,7 +80,7 @@ class _Times:
 
 def inspect_recording(
     path: Path,
-    candidates: TopicCandidates | None = None,
+    robot: RobotConfig | None = None,
     *,
     ros_distro: str = "humble",
     advance: Callable[[int], None] | None = None,
@@ -91,7 +91,7 @@ def inspect_recording(
 
     Args:
         path: The recording.
-        candidates: A robot's candidate topics; None proposes a map from types and names.
+        robot: Its topics are looked for; None proposes a map from types and names.
         ros_distro: Whose definitions to use where a ROS 2 recording embeds none.
         advance: Called with the size of each message in bytes.
 
@@ -99,7 +99,7 @@ def inspect_recording(
         DatasetsError: If it is not a recording, is damaged, or has a candidate topic of another type.
     """
     with open_recording(path, ros_distro=ros_distro) as recording:
-        topic_map = resolve_topic_map(candidates or TopicCandidates(), recording.topics)
+        topic_map = resolve_topic_map(robot or RobotConfig(), recording.topics)
         times = _times(recording, advance)
         return Inspection(
             path=str(path),

@@ -43,7 +43,7 @@ def recording_page(inspection: Inspection, samples: Samples) -> str:
 def _streams(inspection: Inspection) -> str:
     rows = [
         f"<tr><td>{stream}</td><td><code>{escape(topic)}</code></td></tr>"
-        for stream, topic in inspection.topic_map.streams().items()
+        for stream, topic in inspection.topic_map.streams.items()
     ]
     rows += [f"<tr><td>transforms</td><td><code>{escape(t)}</code></td></tr>" for t in inspection.topic_map.transforms]
     notes = "".join(f'<p class="dim">{escape(note)}</p>' for note in inspection.topic_map.notes)

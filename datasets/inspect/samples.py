@@ -12,6 +12,7 @@ from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.messages import ImageFrame, OdometrySample, PointCloud, PoseSample
 from navtool.datasets.inspect.inspection import Inspection
 from navtool.datasets.recording import RawMessage, Recording, open_recording
+from navtool.datasets.streams.table import LARGE
 from navtool.pipeline.arrays import Array
 
 _MOST_BINS = 240
@@ -59,11 +60,11 @@ def take_samples(path: Path, inspection: Inspection, advance: Callable[[int], No
     Args:
         advance: Called with the size of each message in bytes.
     """
-    streams = inspection.topic_map.streams()
+    streams = inspection.topic_map.streams
     span_ns = max(inspection.end_ns - inspection.start_ns, 1)
     bins = int(np.clip(span_ns * 1e-9 * _BINS_PER_S, 8, _MOST_BINS))
     samples = Samples({topic.name: np.zeros(bins, dtype=np.int64) for topic in inspection.topics if topic.count})
-    kept: dict[str, dict[int, RawMessage]] = {name: {} for name in ("image", "lidar") if name in streams}
+    kept: dict[str, dict[int, RawMessage]] = {name: {} for name in LARGE if name in streams}
     of_topic = {streams[name]: name for name in kept}
     odometry = streams.get("odometry")
     counts = {topic.name: topic.count for topic in inspection.topics}

@@ -8,7 +8,7 @@ from types import TracebackType
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.messages import Decoded
-from navtool.datasets.decode.table import DECODERS
+from navtool.datasets.decode.table import MESSAGES
 from navtool.datasets.recording.foreign import describe
 from navtool.datasets.recording.message_type import MessageType, StampLayout, message_type
 from navtool.datasets.recording.raw import RawMessage, RecordingFormat, Topic
@@ -152,11 +152,11 @@ class Recording:
         Raises:
             DatasetsError: navtool has no decoder for the type, its definition is missing or the bytes are damaged.
         """
-        decoder = DECODERS.get(raw.type)
-        if decoder is None:
-            raise self._fault(raw, "there is no decoder for the type", f"decodable are {', '.join(sorted(DECODERS))}")
+        message = MESSAGES.get(raw.type)
+        if message is None:
+            raise self._fault(raw, "there is no decoder for the type", f"decodable are {', '.join(sorted(MESSAGES))}")
         try:
-            return decoder(self._type_of(raw).deserialise(raw.data))
+            return message.decode(self._type_of(raw).deserialise(raw.data))
         except DatasetsError as error:
             raise self._fault(raw, error.what, error.cure) from error
         except Exception as error:

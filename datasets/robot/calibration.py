@@ -13,13 +13,13 @@ from navtool.base.plain import plain
 from navtool.datasets.decode.messages import CameraInfoSample
 from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.robot.recorded_geometry import RecordedGeometry, camera_from_json
+from navtool.datasets.streams.table import POSED, STREAMS
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
 
 FOOTPRINT_FRAME = "base_footprint"
 """REP-120: the base frame's projection on the ground."""
-_POSES = {"image": "base_camera", "lidar": "base_lidar", "imu": "base_imu", "odometry": "base_odometry"}
 
 
 class CameraImages(NamedTuple):
@@ -61,7 +61,7 @@ class Calibration:
 
     def to_json(self) -> dict[str, object]:
         """The content of ``calibration.json``."""
-        poses = {name: None if pose is None else pose.tolist() for name, pose in self.poses().items()}
+        poses = {STREAMS[stream].pose: None if pose is None else pose.tolist() for stream, pose in self.poses().items()}
         return {
             "camera": plain(self.camera),
             **poses,
@@ -72,13 +72,8 @@ class Calibration:
         }
 
     def poses(self) -> dict[str, Float64[Array, "4 4"] | None]:
-        """The sensors' poses in the base frame, by name."""
-        return {
-            "base_camera": self.base_camera,
-            "base_lidar": self.base_lidar,
-            "base_imu": self.base_imu,
-            "base_odometry": self.base_odometry,
-        }
+        """The sensors' poses in the base frame, by stream."""
+        return {stream: getattr(self, STREAMS[stream].pose) for stream in POSED}
 
 
 def read_calibration(path: Path) -> Calibration:
@@ -92,7 +87,7 @@ def read_calibration(path: Path) -> Calibration:
         camera = content["camera"]
         matrices = {
             name: None if content[name] is None else np.array(content[name], dtype=np.float64).reshape(4, 4)
-            for name in ("base_camera", "base_lidar", "base_imu", "base_odometry")
+            for name in (STREAMS[stream].pose for stream in POSED)
         }
         return Calibration(
             camera=None if camera is None else camera_from_json(camera),
@@ -116,7 +111,8 @@ def calibrate(robot: RobotConfig, recorded: RecordedGeometry, images: CameraImag
     camera = None if images is None else _camera(robot, recorded.camera_info, images, sources)
     tree = recorded.tree
     poses: dict[str, Float64[Array, "4 4"] | None] = {}
-    for sensor, name in _POSES.items():
+    for sensor in POSED:
+        name = STREAMS[sensor].pose
         frame = recorded.frames.get(sensor, "")
         pose = tree.pose(robot.base_frame, frame) if frame else None
         if pose is not None:

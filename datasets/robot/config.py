@@ -9,11 +9,11 @@ import yaml
 from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import from_plain
 from navtool.base.plain import plain
+from navtool.datasets.streams.table import POSED
 
 NO_TOPIC = "none"
 """As the only candidate of a stream: the robot's recordings have this topic, but it is not wanted."""
 
-_MOUNTED = ("image", "lidar", "imu", "odometry")
 _DISTORTION_LENGTHS = {"none": (0,), "plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,)}
 
 
@@ -224,10 +224,10 @@ class RobotConfig:
         repeated = sorted({joint for joint in self.joint_names if self.joint_names.count(joint) > 1})
         if repeated:
             raise DatasetsError(f"{', '.join(repeated)} named twice", where="joint_names", cure="name every joint once")
-        unknown = sorted(set(self.mounting) - set(_MOUNTED))
+        unknown = sorted(set(self.mounting) - set(POSED))
         if unknown:
             raise DatasetsError(
-                f"unknown sensors {', '.join(unknown)}", where="mounting", cure=f"known are {', '.join(_MOUNTED)}"
+                f"unknown sensors {', '.join(unknown)}", where="mounting", cure=f"known are {', '.join(POSED)}"
             )
 
 

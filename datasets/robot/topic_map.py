@@ -2,39 +2,24 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from navtool.base.errors import DatasetsError
+from navtool.base.plain import plain
+from navtool.datasets.decode.table import MESSAGES, TRANSFORMS, proposed_types, readable_types
 from navtool.datasets.recording import Topic
-from navtool.datasets.robot.config import NO_TOPIC, TopicCandidates
-from navtool.datasets.robot.topic_score import (
-    IMAGE_TYPES,
-    PLANAR_TYPES,
-    STREAM_TYPES,
-    camera_name,
-    camera_namespaces,
-    foxglove,
-    name_score,
-    readable_types,
-)
+from navtool.datasets.robot.camera_topics import camera_name, camera_namespaces
+from navtool.datasets.robot.config import NO_TOPIC, RobotConfig
 from navtool.datasets.robot.topic_unused import UnusedTopic, unused_topics
-
-TRANSFORM_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage", *foxglove("FrameTransform", "FrameTransforms"))
+from navtool.datasets.streams.table import STREAMS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TopicMap:
-    """The topic of every stream, None where the recording has none; and every other topic with the reason."""
+    """The topic of every stream that a recording has, and every other topic with the reason."""
 
-    image: str | None = None
-    camera_info: str | None = None
-    lidar: str | None = None
-    odometry: str | None = None
-    imu: str | None = None
-    joints: str | None = None
-    battery: str | None = None
-    command: str | None = None
-    intervention: str | None = None
+    streams: Mapping[str, str] = field(default_factory=dict)
+    """Topics by stream, in the order of the stream table; of streams without a topic there is none."""
     transforms: tuple[str, ...] = ()
     """All tf topics with messages; they are always read."""
     not_used: tuple[UnusedTopic, ...] = ()
@@ -42,14 +27,23 @@ class TopicMap:
     notes: tuple[str, ...] = ()
     """What a user should look at: guesses, absent candidates."""
 
-    def streams(self) -> dict[str, str]:
-        """Stream name to topic, of the streams that have one, in the data set's order."""
-        chosen = {stream: getattr(self, stream) for stream in STREAM_TYPES}
-        return {stream: topic for stream, topic in chosen.items() if topic is not None}
+    def topic_of(self, stream: str) -> str | None:
+        """The topic of a stream; None where it has none."""
+        return self.streams.get(stream)
 
     def topics(self) -> tuple[str, ...]:
         """Every topic that is read, transforms included, without repetition."""
-        return tuple(dict.fromkeys((*self.streams().values(), *self.transforms)))
+        return tuple(dict.fromkeys((*self.streams.values(), *self.transforms)))
+
+    def to_json(self) -> dict[str, object]:
+        """Every stream as a key, null where it has no topic; then the rest."""
+        return {
+            **dict.fromkeys(STREAMS),
+            **self.streams,
+            "transforms": list(self.transforms),
+            "not_used": plain(self.not_used),
+            "notes": list(self.notes),
+        }
 
 
 def propose_topic_map(topics: Sequence[Topic]) -> TopicMap:
@@ -59,10 +53,10 @@ def propose_topic_map(topics: Sequence[Topic]) -> TopicMap:
     colour before depth, a local odometry before one with GPS); equal names' scores go to the shorter name. A planar
     scan is chosen only where there is no other cloud.
     """
-    return resolve_topic_map(TopicCandidates(), topics)
+    return resolve_topic_map(RobotConfig(), topics)
 
 
-def resolve_topic_map(candidates: TopicCandidates, topics: Sequence[Topic]) -> TopicMap:
+def resolve_topic_map(robot: RobotConfig, topics: Sequence[Topic]) -> TopicMap:
     """The map that a robot's candidates give for this recording.
 
     Per stream the first candidate that has messages is taken. Where none has, the stream stays empty with a note:
@@ -75,8 +69,8 @@ def resolve_topic_map(candidates: TopicCandidates, topics: Sequence[Topic]) -> T
     faults: list[str] = []
     notes: list[str] = []
     chosen: dict[str, str | None] = {}
-    for stream in STREAM_TYPES:
-        wanted: list[str] = getattr(candidates, stream)
+    for stream in STREAMS:
+        wanted: list[str] = getattr(robot.topics, stream)
         if wanted == [NO_TOPIC]:
             chosen[stream] = None
         elif wanted:
@@ -86,13 +80,16 @@ def resolve_topic_map(candidates: TopicCandidates, topics: Sequence[Topic]) -> T
         else:
             chosen[stream] = _best_by_name(stream, listed, notes)
     lidar = chosen["lidar"]
-    if lidar is not None and listed[lidar].type in PLANAR_TYPES:
+    if lidar is not None and MESSAGES[listed[lidar].type].planar:
         notes.append(f"lidar: {lidar} is a planar scan: its clouds are a line of points at the scanner's height")
     if faults:
         raise DatasetsError("; ".join(faults), where="topics", cure="correct the robot's candidate topics")
-    transforms = tuple(sorted(t.name for t in listed.values() if t.type in TRANSFORM_TYPES and t.count > 0))
+    transforms = tuple(sorted(t.name for t in listed.values() if t.type in proposed_types(TRANSFORMS) and t.count > 0))
     return TopicMap(
-        **chosen, transforms=transforms, not_used=unused_topics(topics, chosen, transforms), notes=tuple(notes)
+        streams={stream: topic for stream, topic in chosen.items() if topic is not None},
+        transforms=transforms,
+        not_used=unused_topics(topics, chosen, transforms),
+        notes=tuple(notes),
     )
 
 
@@ -116,7 +113,7 @@ def _first_candidate(
             else:
                 return name
     found = f"; {', '.join(empty)} without messages" if empty else ""
-    others = sorted(t.name for t in listed.values() if t.type in STREAM_TYPES[stream] and t.count > 0)
+    others = sorted(t.name for t in listed.values() if t.type in proposed_types(stream) and t.count > 0)
     hint = f"; by type it could be {', '.join(others)}" if others else ""
     notes.append(f"{stream}: the recording has none of {', '.join(wanted)}{found}{hint}")
     return None
@@ -130,10 +127,10 @@ def _matches(candidate: str, listed: Mapping[str, Topic]) -> list[str]:
 
 def _best_by_name(stream: str, listed: Mapping[str, Topic], notes: list[str]) -> str | None:
     scored = [
-        (topic.type in PLANAR_TYPES, -score, _transport_rank(topic.name, topic.type), len(topic.name), topic.name)
+        (MESSAGES[topic.type].planar, -score, _transport_rank(topic.name, topic.type), len(topic.name), topic.name)
         for topic in listed.values()
-        if topic.type in STREAM_TYPES[stream] and topic.count > 0
-        if (score := name_score(stream, topic.name)) is not None
+        if topic.type in proposed_types(stream) and topic.count > 0
+        if (score := STREAMS[stream].hints.score(topic.name)) is not None
     ]
     if not scored:
         return None
@@ -147,17 +144,17 @@ def _best_by_name(stream: str, listed: Mapping[str, Topic], notes: list[str]) ->
 
 def _transport_rank(name: str, kind: str) -> int:
     """Raw before compressed of the same camera: what was lost in encoding does not come back."""
-    return int(kind != IMAGE_TYPES[0] or camera_name(name) != name)
+    return int(kind != proposed_types("image")[0] or camera_name(name) != name)
 
 
 def _camera_info_of(image: str | None, listed: Mapping[str, Topic], notes: list[str]) -> str | None:
-    infos = sorted(t.name for t in listed.values() if t.type in STREAM_TYPES["camera_info"] and t.count > 0)
+    infos = sorted(t.name for t in listed.values() if t.type in proposed_types("camera_info") and t.count > 0)
     if image is None or not infos:
         return None
     for namespace in camera_namespaces(image):
         if f"{namespace}/camera_info" in infos:
             return f"{namespace}/camera_info"
-    cameras = {camera_name(t.name) for t in listed.values() if t.type in IMAGE_TYPES and t.count > 0}
+    cameras = {camera_name(t.name) for t in listed.values() if t.type in proposed_types("image") and t.count > 0}
     if len(infos) == 1 and len(cameras) == 1:
         notes.append(f"camera_info: {infos[0]} is the only calibration, taken for {image}")
         return infos[0]

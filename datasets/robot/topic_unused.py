@@ -5,15 +5,10 @@ from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+from navtool.datasets.decode.table import MESSAGES
 from navtool.datasets.recording import Topic
-from navtool.datasets.robot.topic_score import (
-    IMAGE_TYPES,
-    NAMED_TYPES,
-    PLANAR_TYPES,
-    STREAM_TYPES,
-    camera_name,
-    name_score,
-)
+from navtool.datasets.robot.camera_topics import camera_name
+from navtool.datasets.streams.table import STREAMS, Kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,37 +21,16 @@ class UnusedTopic:
     reason: str
 
 
-_WHAT = {
-    "camera_info": "calibration of a camera that is not used",
-    "lidar": "another point cloud",
-    "odometry": "another odometry",
-    "imu": "another IMU",
-    "joints": "other joints",
-    "battery": "another battery",
-    "command": "another velocity",
-    "intervention": "another flag",
-}
-
 _BY_TYPE = (
     (r"^sensor_msgs/msg/MultiEchoLaserScan$", "a planar scan of several echoes; record one of them as a LaserScan"),
-    (
-        r"^sensor_msgs/msg/PointCloud$",
-        "the old cloud type, of sensors or of features; name it as lidar in the robot file",
-    ),
     (
         r"(PandarScan|PacketMsg|Packets?)$",
         "raw packets of a sensor, which are not decoded; record its driver's PointCloud2",
     ),
     (r"^foxglove(\.|_msgs/msg/)CompressedVideo$", "a video stream, whose frames need those before them; record images"),
-    (r"^foxglove(\.|_msgs/msg/)PoseInFrame$", "poses without speeds; name it as odometry in the robot file"),
     (r"^sensor_msgs/msg/(NavSatFix|NavSatStatus)$", "satellite positions have no column in the data set"),
-    (
-        r"^geometry_msgs/msg/Pose(WithCovariance)?Stamped$",
-        "poses without speeds; name it as odometry in the robot file if they are the robot's own",
-    ),
-    (r"^sensor_msgs/msg/Joy$", "joystick axes are not velocities; name it as command, with `joy`, in the robot file"),
 )
-"""First match wins: regular expression on the type, reason."""
+"""Types that are not read, or for no stream: regular expression on the type, reason; the first match wins."""
 
 _STANDARD = re.compile(
     r"^((std|geometry|sensor|nav|diagnostic|visualization|trajectory|stereo|shape|rosgraph)_msgs|rcl_interfaces)/"
@@ -85,24 +59,22 @@ def unused_topics(
 def _reason(topic: Topic, chosen: Mapping[str, str | None]) -> str:
     if topic.count == 0:
         return "no messages"
-    if topic.type in IMAGE_TYPES:
-        return _image_reason(topic.name, chosen["image"])
-    for stream, kinds in STREAM_TYPES.items():
-        if topic.type in kinds:
-            return _stream_reason(stream, topic, chosen[stream])
     for pattern, reason in _BY_TYPE:
         if re.search(pattern, topic.type):
             return reason
-    named = [stream for stream, kinds in NAMED_TYPES.items() if topic.type in kinds]
-    if named:
-        return f"read as {' or '.join(named)} only where the robot file names it"
+    message = MESSAGES.get(topic.type)
+    if message is not None:
+        if message.proposed:
+            return _stream_reason(message.proposed[0], topic, chosen)
+        if message.named:
+            return message.unused or f"read as {' or '.join(message.named)} only where the robot file names it"
     if _STANDARD.match(topic.type):
         return "no stream of the data set takes this type"
     return f"no decoder for {topic.type}"
 
 
 def _image_reason(name: str, image: str | None) -> str:
-    if name_score("image", name) is None:
+    if STREAMS["image"].hints.score(name) is None:
         return "a depth or derived image; the data set takes colour images"
     if image is None:
         return "a camera, and no camera is wanted"
@@ -110,12 +82,15 @@ def _image_reason(name: str, image: str | None) -> str:
     return f"the same images as {image} in another encoding" if same else f"another camera; {image} is used"
 
 
-def _stream_reason(stream: str, topic: Topic, used: str | None) -> str:
+def _stream_reason(stream: str, topic: Topic, chosen: Mapping[str, str | None]) -> str:
+    if stream == "image":
+        return _image_reason(topic.name, chosen[stream])
+    row, used = STREAMS[stream], chosen[stream]
     if used is not None:
-        what = "a planar scan" if topic.type in PLANAR_TYPES else _WHAT[stream]
+        what = "a planar scan" if MESSAGES[topic.type].planar else row.another
         return f"{what}; {used} is used"
-    if stream == "camera_info":
-        return _WHAT[stream]
-    if name_score(stream, topic.name) is None:
+    if row.kind is Kind.geometry:
+        return row.another
+    if row.hints.score(topic.name) is None:
         return f"its name does not say that it is the {stream}; name it in the robot file if it is"
     return f"not among the robot's candidates for {stream}"

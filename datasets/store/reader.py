@@ -20,11 +20,10 @@ from navtool.datasets.store.journal import recover
 from navtool.datasets.store.layout import Layout
 from navtool.datasets.store.schema import CLOUD_SIZE, IMAGE_KEY, POINTS_KEY, arrow_schema, features_of
 from navtool.datasets.store.whole_clouds import WholeCloud, read_whole_clouds, whole_cloud_stamps
+from navtool.datasets.streams.table import SMALL
 from navtool.pipeline.arrays import Array
 
 _REBUILD = "run `navtool check` on it; ingest its recording again"
-SMALL_STREAMS = ("odometry", "imu", "joints", "battery", "command", "intervention")
-"""What may be beside the rows at its own rate."""
 _OPEN_FILES = 16
 """Open data files and videos that a reader keeps."""
 
@@ -168,10 +167,8 @@ class NavDataset:
             IndexError: If there is no such episode.
         """
         self._check_episode(episode)
-        if name not in SMALL_STREAMS:
-            raise DatasetsError(
-                f"no stream is called {name!r}", where=self.root, cure=f"use {', '.join(SMALL_STREAMS)}"
-            )
+        if name not in SMALL:
+            raise DatasetsError(f"no stream is called {name!r}", where=self.root, cure=f"use {', '.join(SMALL)}")
         path = self.layout.episode(episode) / "streams" / f"{name}.parquet"
         if not path.is_file():
             return None

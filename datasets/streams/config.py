@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from navtool.datasets.streams.clock import Clock
 from navtool.datasets.streams.sync import Method
+from navtool.datasets.streams.table import GRIDDED, LARGE, STREAMS
 
 
 @dataclass(kw_only=True, slots=True)
@@ -25,23 +26,30 @@ class StreamSync(StreamClock):
     """nearest: how far from the tick; hold: how old; linear: how far apart the two around it. In (0, 60] seconds."""
 
 
+def _default(stream: str) -> StreamSync:
+    default = STREAMS[stream].sync
+    if default is None:
+        raise ValueError(f"{stream} is not brought onto the grid")
+    return StreamSync(method=default.method, tolerance_s=default.tolerance_s)
+
+
 @dataclass(kw_only=True, slots=True)
 class SyncConfig:
     """The policy of time: each stream's clock, method and tolerance."""
 
-    image: StreamSync = field(default_factory=lambda: StreamSync(method=Method.nearest, tolerance_s=0.06))
+    image: StreamSync = field(default_factory=lambda: _default("image"))
     """Camera frames; at the grid's own rate a frame is at most half a period away."""
-    lidar: StreamSync = field(default_factory=lambda: StreamSync(method=Method.nearest, tolerance_s=0.06))
+    lidar: StreamSync = field(default_factory=lambda: _default("lidar"))
     """Clouds, by the stamp of their header."""
-    odometry: StreamSync = field(default_factory=lambda: StreamSync(method=Method.linear, tolerance_s=0.25))
+    odometry: StreamSync = field(default_factory=lambda: _default("odometry"))
     """Speeds and poses; attitudes along the shortest turn (slerp)."""
-    imu: StreamSync = field(default_factory=lambda: StreamSync(method=Method.linear, tolerance_s=0.1))
+    imu: StreamSync = field(default_factory=lambda: _default("imu"))
     """Accelerations and turning rates."""
-    joints: StreamSync = field(default_factory=lambda: StreamSync(method=Method.linear, tolerance_s=0.1))
+    joints: StreamSync = field(default_factory=lambda: _default("joints"))
     """Joint states."""
-    battery: StreamSync = field(default_factory=lambda: StreamSync(method=Method.hold, tolerance_s=5.0))
+    battery: StreamSync = field(default_factory=lambda: _default("battery"))
     """Battery current."""
-    command: StreamSync = field(default_factory=lambda: StreamSync(method=Method.hold, tolerance_s=0.5))
+    command: StreamSync = field(default_factory=lambda: _default("command"))
     """Commanded velocities."""
     intervention: StreamClock = field(default_factory=StreamClock)
     """The operator's flag; it stays at its own rate."""
@@ -54,22 +62,15 @@ class SyncConfig:
         for name, value in seconds.items():
             if not (math.isfinite(value) and 0 < value <= 60):
                 raise ValueError(f"sync.{name} = {value} s is outside (0, 60] s")
-        for name in ("image", "lidar"):
+        for name in LARGE:
             if self.gridded()[name].method is Method.linear:
                 raise ValueError(f"sync.{name}.method = linear: frames and clouds are not mixed; use nearest or hold")
 
     def gridded(self) -> dict[str, StreamSync]:
         """The streams that are brought onto the grid, by name."""
-        return {
-            "image": self.image,
-            "lidar": self.lidar,
-            "odometry": self.odometry,
-            "imu": self.imu,
-            "joints": self.joints,
-            "battery": self.battery,
-            "command": self.command,
-        }
+        return {name: getattr(self, name) for name in GRIDDED}
 
     def clock_of(self, stream: str) -> Clock:
         """Which time of a stream counts."""
-        return self.intervention.clock if stream == "intervention" else self.gridded()[stream].clock
+        settings: StreamClock = getattr(self, stream)
+        return settings.clock

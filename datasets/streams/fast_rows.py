@@ -8,7 +8,8 @@ import struct
 from collections.abc import Callable
 
 from navtool.datasets.recording import RawMessage, Recording
-from navtool.datasets.streams.rows import IMU_COLUMNS, ODOMETRY_COLUMNS, TWIST_COLUMNS, StreamRows, joint_columns
+from navtool.datasets.streams.rows import IMU_COLUMNS, ODOMETRY_COLUMNS, StreamRows, joint_columns
+from navtool.datasets.streams.table import TWIST_COLUMNS
 from navtool.datasets.streams.usual_layout import usual_layout
 
 _U32 = struct.Struct("<I")

@@ -13,6 +13,7 @@ from navtool.datasets.decode.messages import (
     Transform,
     TransformsSample,
 )
+from navtool.datasets.decode.table import TRANSFORMS
 from navtool.datasets.recording import RawMessage, Recording
 from navtool.datasets.robot.config import JoyCommand
 from navtool.datasets.robot.topic_map import TopicMap
@@ -20,11 +21,10 @@ from navtool.datasets.streams.clock import NO_STAMP
 from navtool.datasets.streams.fast_rows import FastRows
 from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.rows import StreamRows, rows_of
+from navtool.datasets.streams.table import LARGE, STREAMS, Kind
 
 logger = logging.getLogger(__name__)
 
-LARGE = ("image", "lidar")
-"""Streams whose messages are decoded in the second pass only."""
 _TRIES = 5
 """Messages of a large stream that may be broken before the stream counts as unreadable."""
 
@@ -64,20 +64,25 @@ def first_pass(
         DatasetsError: If the recording cannot be read on, or no image or cloud of a mapped stream can be decoded.
     """
     by_topic: dict[str, list[str]] = {}
-    for stream, topic in topics.streams().items():
+    for stream, topic in topics.streams.items():
         by_topic.setdefault(topic, []).append(stream)
     kinds = {topic.name: topic.type for topic in recording.topics}
     static = tuple(x for x in topics.transforms if x.endswith("tf_static") or kinds[x].startswith("foxglove"))
     found = FirstPass(
-        topics, {name: RecordedStream(topic) for name, topic in topics.streams().items() if name != "camera_info"}
+        topics,
+        {
+            name: RecordedStream(topic)
+            for name, topic in topics.streams.items()
+            if STREAMS[name].kind is not Kind.geometry
+        },
     )
     if "joints" in found.streams:
         found.streams["joints"].joint_names = joint_names
     fast = FastRows(recording)
     for raw in recording.messages((*by_topic, *static)):
         message = _Message(recording, raw)
-        for stream in by_topic.get(raw.topic, ("transforms",)):
-            if stream in ("transforms", "camera_info"):
+        for stream in by_topic.get(raw.topic, (TRANSFORMS,)):
+            if stream not in found.streams:
                 _add_geometry(found, recording, raw)
             elif stream in LARGE:
                 _add_stamp(found.streams[stream], recording, raw)
@@ -160,7 +165,7 @@ def _fast_row(stream: RecordedStream, name: str, fast: FastRows, raw: RawMessage
 
 def _add_geometry(found: FirstPass, recording: Recording, raw: RawMessage) -> None:
     """The first usable calibration, and every static transform; one that cannot be used is noted once a topic."""
-    if raw.topic == found.topics.camera_info and found.camera_info is not None:
+    if raw.topic == found.topics.topic_of("camera_info") and found.camera_info is not None:
         return
     try:
         sample = recording.decode(raw)

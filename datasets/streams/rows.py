@@ -19,16 +19,13 @@ from navtool.datasets.decode.messages import (
     TwistSample,
 )
 from navtool.datasets.robot.config import JoyCommand
+from navtool.datasets.streams.table import STREAMS, TWIST_COLUMNS
 from navtool.pipeline.arrays import Array
 
-ODOMETRY_COLUMNS = (
-    *("x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"),
-    *("vx_mps", "vy_mps", "vz_mps", "wx_radps", "wy_radps", "wz_radps"),
-)
-IMU_COLUMNS = ("ax_mps2", "ay_mps2", "az_mps2", "wx_radps", "wy_radps", "wz_radps")
-TWIST_COLUMNS = ("vx_mps", "vy_mps", "vz_mps", "wx_radps", "wy_radps", "wz_radps")
-BATTERY_COLUMNS = ("current_a", "voltage_v", "percentage")
-INTERVENTION_COLUMNS = ("active",)
+ODOMETRY_COLUMNS = STREAMS["odometry"].columns
+IMU_COLUMNS = STREAMS["imu"].columns
+BATTERY_COLUMNS = STREAMS["battery"].columns
+INTERVENTION_COLUMNS = STREAMS["intervention"].columns
 JOINT_KINDS = ("position", "velocity", "effort")
 
 

@@ -6,8 +6,9 @@ from navtool.datasets.robot.calibration import Calibration
 from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.streams.align import in_base_axes
 from navtool.datasets.streams.clock import StreamTime
-from navtool.datasets.streams.first_pass import LARGE, FirstPass
+from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.odometry_heading import turned_odometry
+from navtool.datasets.streams.table import LARGE
 from navtool.datasets.streams.timed_stream import TimedStream
 
 

@@ -123,8 +123,8 @@ def _reader(recording: Recording, raw: RawMessage) -> Callable[[], PointCloud]:
 def _topics(recording: Recording, robot: RobotConfig, reads: Sequence[str]) -> TopicMap:
     """The topics of what is wanted, and of transforms: what else a recording holds is neither read nor judged."""
     others = {x.name: [NO_TOPIC] for x in fields(TopicCandidates) if x.name not in reads}
-    topics = resolve_topic_map(replace(robot.topics, **others), recording.topics)
-    if reads[0] not in topics.streams():
+    topics = resolve_topic_map(replace(robot, topics=replace(robot.topics, **others)), recording.topics)
+    if reads[0] not in topics.streams:
         raise _missing(recording, topics, reads[0])
     return topics
 

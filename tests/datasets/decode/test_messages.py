@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode import messages as m
-from navtool.datasets.decode.table import DECODERS, VENDOR_DECODERS
+from navtool.datasets.decode.table import MESSAGES
 from navtool.datasets.recording import open_recording
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_quaternion
@@ -32,7 +32,7 @@ def decode(request: pytest.FixtureRequest, ros_message: Make) -> Callable[..., A
     """``decode(type, fields)`` by each serialisation in turn."""
 
     def decoded(kind: str, fields: dict[str, Any]) -> Any:
-        return DECODERS[kind](ros_message(kind, fields, ros1=request.param))
+        return MESSAGES[kind].decode(ros_message(kind, fields, ros1=request.param))
 
     return decoded
 
@@ -262,7 +262,7 @@ ANY_FIELDS: dict[str, dict[str, Any]] = {
 def test_every_type_goes_through_every_container(
     container: str, write_recording: Callable[..., Path], ros_message: Make
 ) -> None:
-    kinds = sorted(kind for kind in DECODERS if not kind.startswith("foxglove") and kind not in VENDOR_DECODERS)
+    kinds = sorted(kind for kind, row in MESSAGES.items() if not kind.startswith("foxglove") and not row.own_definition)
     fields = [{**HEAD, **ANY_FIELDS.get(kind, {})} for kind in kinds]
     entries = [(f"/{k}", kind, 10 + k, fields[k]) for k, kind in enumerate(kinds)]
     path = write_recording(container, entries)
@@ -271,7 +271,7 @@ def test_every_type_goes_through_every_container(
         assert [raw.type for raw in raws] == kinds
         for raw, given_fields in zip(raws, fields, strict=True):
             sample = recording.decode(raw)
-            expected = DECODERS[raw.type](ros_message(raw.type, given_fields))
+            expected = MESSAGES[raw.type].decode(ros_message(raw.type, given_fields))
             assert sample.stamp_ns == recording.header_stamp_ns(raw)
             assert_equal(sample, expected)
 

@@ -10,10 +10,9 @@ import pytest
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode import messages as m
-from navtool.datasets.decode.table import DECODERS, VENDOR_DECODERS
+from navtool.datasets.decode.table import MESSAGES
 from navtool.datasets.decode.vendor_state import UNITREE_JOINTS
 from navtool.datasets.recording import open_recording
-from navtool.datasets.robot.topic_score import NAMED_TYPES
 from navtool.datasets.streams.rows import rows_of
 
 STAMP_NS = 1_700_000_000_123_456_789
@@ -28,7 +27,7 @@ def decode(request: pytest.FixtureRequest, ros_message: Make) -> Callable[..., A
     """``decode(type, fields, types=())`` by each serialisation in turn."""
 
     def decoded(kind: str, fields: dict[str, Any], **layout: Any) -> Any:
-        return DECODERS[kind](ros_message(kind, fields, ros1=request.param, **layout))
+        return MESSAGES[kind].decode(ros_message(kind, fields, ros1=request.param, **layout))
 
     return decoded
 
@@ -197,5 +196,6 @@ def test_the_low_state_of_a_go2_is_read_alike(decode: Make) -> None:
 
 
 def test_every_vendor_type_can_be_named_for_a_stream() -> None:
-    named = {kind for kinds in NAMED_TYPES.values() for kind in kinds}
-    assert set(VENDOR_DECODERS) <= named
+    vendors = [row for row in MESSAGES.values() if row.own_definition]
+    assert vendors
+    assert all(row.named for row in vendors)

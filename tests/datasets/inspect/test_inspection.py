@@ -103,17 +103,17 @@ def test_the_json_has_the_promised_keys_and_only_plain_values(tmp_path: Path) ->
 def test_a_candidate_of_another_type_is_refused(tmp_path: Path) -> None:
     path = write_imu_bag(tmp_path / "a.bag", [(SECOND, SECOND)])
     with pytest.raises(DatasetsError, match="/e_stop is std_msgs/msg/Bool"):
-        inspect_recording(path, TopicCandidates(imu=["/e_stop"]))
+        inspect_recording(path, RobotConfig(topics=TopicCandidates(imu=["/e_stop"])))
 
 
 def test_the_robot_file_of_an_inspection_gives_the_same_map_again(tmp_path: Path) -> None:
     path = write_imu_bag(tmp_path / "a.bag", [(SECOND, SECOND)])
     base = RobotConfig(name="box", topics=TopicCandidates(odometry=["/odom"], battery=["none"]))
-    found = inspect_recording(path, base.topics)
+    found = inspect_recording(path, base)
     robot = robot_from(base, found)
     assert robot.topics == TopicCandidates(imu=["/imu"], intervention=["/e_stop"], odometry=["/odom"], battery=["none"])
     assert (robot.name, base.topics.imu) == ("box", [])
-    assert inspect_recording(path, robot.topics).topic_map.streams() == found.topic_map.streams()
+    assert inspect_recording(path, robot).topic_map.streams == found.topic_map.streams
 
 
 def test_the_husky_recording_has_its_documented_counts(recordings: Path) -> None:
@@ -127,7 +127,10 @@ def test_the_husky_recording_has_its_documented_counts(recordings: Path) -> None
     assert rates == {"/fix": 2.5, "/husky_velocity_controller/odom": 10.0, "/imu/data": 30.0}
     assert topics["/husky_velocity_controller/odom"].gap_max_s == pytest.approx(0.21, abs=0.005)
     assert topics["/imu/data"].clock_offset_s == pytest.approx(-0.025, abs=0.001)
-    assert (found.topic_map.odometry, found.topic_map.imu) == ("/husky_velocity_controller/odom", "/imu/data")
+    assert (found.topic_map.topic_of("odometry"), found.topic_map.topic_of("imu")) == (
+        "/husky_velocity_controller/odom",
+        "/imu/data",
+    )
     assert [topic.name for topic in found.topic_map.not_used] == ["/fix"]
 
 
@@ -152,7 +155,7 @@ def test_an_imu_whose_stamps_run_backwards_is_told_from_the_good_one(recordings:
 )
 def test_what_other_real_recordings_can_feed(recordings: Path, name: str, streams: set[str]) -> None:
     found = inspect_recording(recordings / "bags" / name)
-    assert set(found.topic_map.streams()) == streams
+    assert set(found.topic_map.streams) == streams
     listed = {(topic.name, topic.type) for topic in found.topics}
     mapped = {(topic.name, topic.type) for topic in found.topic_map.not_used}
     assert {name for name, _ in listed - mapped} == set(found.topic_map.topics())

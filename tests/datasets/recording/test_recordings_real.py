@@ -12,12 +12,12 @@ import pytest
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode import messages as m
-from navtool.datasets.decode.table import DECODERS
+from navtool.datasets.decode.table import MESSAGES
 from navtool.datasets.recording import RawMessage, Recording, RecordingFormat, open_recording
 
 pytestmark = pytest.mark.recordings
 
-MESSAGES = {
+COUNTS = {
     "bags/husky_outdoor/test1.bag": 16_806,
     "bags/ground_vehicle_xsens/test1_2014.bag": 29_274,
     "bags/jackal_velodyne_scan/test_2026-02-17-16-26-34.bag": 6_139,
@@ -96,7 +96,7 @@ TOPICS = {
 }
 
 
-@pytest.fixture(params=sorted(MESSAGES))
+@pytest.fixture(params=sorted(COUNTS))
 def opened(request: pytest.FixtureRequest, recordings: Path) -> Iterator[tuple[str, Recording]]:
     """The name and the recording of each in turn."""
     with open_recording(recordings / request.param) as recording:
@@ -113,7 +113,7 @@ def samples(recording: Recording, topic: str, every: int = 1) -> list[Any]:
 
 def test_the_counts_are_those_that_were_measured(opened: tuple[str, Recording]) -> None:
     name, recording = opened
-    assert recording.message_count == sum(topic.count for topic in recording.topics) == MESSAGES[name]
+    assert recording.message_count == sum(topic.count for topic in recording.topics) == COUNTS[name]
     found = {topic.name: (topic.type, topic.count) for topic in recording.topics}
     expected = TOPICS.get(name, {})
     assert {topic: found.get(topic) for topic in expected} == expected
@@ -126,10 +126,10 @@ def test_messages_come_in_time_and_those_of_a_known_type_decode(opened: tuple[st
     seen: Counter[str] = Counter()
     for raw in everything(recording):
         times.append(raw.record_ns)
-        if raw.type in DECODERS and seen[raw.topic] % every == 0:
+        if raw.type in MESSAGES and seen[raw.topic] % every == 0:
             assert recording.decode(raw).stamp_ns == recording.header_stamp_ns(raw)
         seen[raw.topic] += 1
-    assert len(times) == MESSAGES[name]
+    assert len(times) == COUNTS[name]
     assert times == sorted(times)
     if times:
         assert (recording.start_ns, recording.end_ns) == (times[0], times[-1])
@@ -164,7 +164,7 @@ def test_the_two_forms_of_one_recording_give_the_same_transforms(recordings: Pat
 
 def test_nothing_is_written_into_the_folders_of_the_recordings(recordings: Path, tmp_path: Path) -> None:
     originals = sorted((str(x), x.stat().st_mtime_ns) for x in (recordings / "bags").rglob("*"))
-    for name in MESSAGES:
+    for name in COUNTS:
         with open_recording(recordings / name) as recording:
             next(everything(recording), None)
     assert sorted((str(x), x.stat().st_mtime_ns) for x in (recordings / "bags").rglob("*")) == originals

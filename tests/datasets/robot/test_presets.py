@@ -90,8 +90,8 @@ def test_a_planar_scanner_stands_in_for_the_lidar_that_a_robot_lacks(name: str, 
     scanner, robot = Topic(topic, "sensor_msgs/msg/LaserScan", 9), ingest_job(name, []).robot
     lidar = next(iter(robot.topics.lidar), "/velodyne_points")
     cloud = Topic(lidar if lidar.startswith("/") else f"/a200/{lidar}", "sensor_msgs/msg/PointCloud2", 9)
-    assert resolve_topic_map(robot.topics, [scanner]).lidar == topic
-    assert resolve_topic_map(robot.topics, [scanner, cloud]).lidar == cloud.name
+    assert resolve_topic_map(robot, [scanner]).topic_of("lidar") == topic
+    assert resolve_topic_map(robot, [scanner, cloud]).topic_of("lidar") == cloud.name
 
 
 def test_the_bags_of_a_mission_become_one_episode(

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from navtool.base.errors import DatasetsError
+from navtool.datasets.decode.table import proposed_types
 from navtool.datasets.recording import Topic
-from navtool.datasets.robot.config import TopicCandidates
+from navtool.datasets.robot.config import RobotConfig, TopicCandidates
 from navtool.datasets.robot.topic_map import propose_topic_map, resolve_topic_map
-from navtool.datasets.robot.topic_score import STREAM_TYPES
 
 TYPES = {
     "Image": "sensor_msgs/msg/Image",
@@ -160,7 +160,7 @@ RECORDINGS: dict[str, tuple[str, dict[str, str | None]]] = {
 def test_the_proposal_on_published_topic_names(name: str) -> None:
     text, wanted = RECORDINGS[name]
     proposed = propose_topic_map(listed(text))
-    assert {stream: getattr(proposed, stream) for stream in wanted} == wanted
+    assert {stream: proposed.topic_of(stream) for stream in wanted} == wanted
 
 
 ANY_TOPICS = st.lists(
@@ -184,11 +184,15 @@ def test_every_topic_is_used_or_listed_with_a_reason_whatever_the_order(topics: 
     assert not unused & set(proposed.topics())
     assert all(topic.reason for topic in proposed.not_used)
     by_name = {topic.name: topic for topic in topics}
-    for stream, name in proposed.streams().items():
+    for stream, name in proposed.streams.items():
         assert by_name[name].count > 0
-        assert by_name[name].type in STREAM_TYPES[stream]
+        assert by_name[name].type in proposed_types(stream)
     shuffled = random.Random(seed).sample(topics, len(topics))  # noqa: S311 - an order, not a secret
     assert propose_topic_map(shuffled) == proposed
+
+
+def named(**topics: list[str]) -> RobotConfig:
+    return RobotConfig(topics=TopicCandidates(**topics))
 
 
 def reasons(text: str) -> dict[str, str]:
@@ -232,12 +236,12 @@ def test_a_planar_scan_is_told_whether_it_is_proposed_or_named() -> None:
         ("/other_scan", "a planar scan; /scan is used")
     ]
     both = listed("Scan /scan; Cloud /points")
-    named = resolve_topic_map(TopicCandidates(lidar=["/absent", "scan"]), both)
-    assert named.lidar == "/scan"
-    assert note in named.notes
-    assert [topic.reason for topic in named.not_used] == ["another point cloud; /scan is used"]
+    chosen = resolve_topic_map(named(lidar=["/absent", "scan"]), both)
+    assert chosen.topic_of("lidar") == "/scan"
+    assert note in chosen.notes
+    assert [topic.reason for topic in chosen.not_used] == ["another point cloud; /scan is used"]
     assert propose_topic_map(both).notes == ()
-    left_out = resolve_topic_map(TopicCandidates(lidar=["none"]), listed("Scan /scan"))
+    left_out = resolve_topic_map(named(lidar=["none"]), listed("Scan /scan"))
     assert [topic.reason for topic in left_out.not_used] == ["not among the robot's candidates for lidar"]
     equal = propose_topic_map(listed("Scan /scan_a; Scan /scan_b"))
     assert "lidar: /scan_a and /scan_b fit equally; name one in the robot file" in equal.notes
@@ -247,18 +251,23 @@ def test_a_planar_scan_is_told_whether_it_is_proposed_or_named() -> None:
 def test_planar_scans_change_nothing_where_there_is_a_cloud(topics: list[Topic]) -> None:
     without = [topic for topic in topics if topic.type != TYPES["Scan"]]
     all_of_them, others = propose_topic_map(topics), propose_topic_map(without)
-    if others.lidar is not None:
-        assert all_of_them.lidar == others.lidar
+    if others.topic_of("lidar") is not None:
+        assert all_of_them.topic_of("lidar") == others.topic_of("lidar")
         assert all_of_them.notes == others.notes
 
 
 def test_candidates_are_taken_in_order_and_never_replaced_by_a_guess() -> None:
     topics = listed("Odometry /odom; Odometry /odometry/filtered 0; Imu /imu/data; Cloud /points; Twist /cmd_vel")
-    candidates = TopicCandidates(
+    candidates = named(
         odometry=["/absent", "/odometry/filtered", "/odom"], lidar=["/velodyne_points"], command=["none"]
     )
     resolved = resolve_topic_map(candidates, topics)
-    assert (resolved.odometry, resolved.lidar, resolved.command, resolved.imu) == ("/odom", None, None, "/imu/data")
+    assert (
+        resolved.topic_of("odometry"),
+        resolved.topic_of("lidar"),
+        resolved.topic_of("command"),
+        resolved.topic_of("imu"),
+    ) == ("/odom", None, None, "/imu/data")
     (note,) = [note for note in resolved.notes if note.startswith("lidar")]
     assert "/velodyne_points" in note
     assert "/points" in note
@@ -269,24 +278,24 @@ def test_candidates_are_taken_in_order_and_never_replaced_by_a_guess() -> None:
 
 def test_a_relative_candidate_matches_in_any_namespace_but_only_whole_parts() -> None:
     topics = listed("Odometry /a200/platform/odom; Odometry /xplatform/odom; Imu /a200/imu")
-    assert resolve_topic_map(TopicCandidates(odometry=["platform/odom"]), topics).odometry == "/a200/platform/odom"
-    assert resolve_topic_map(TopicCandidates(odometry=["/platform/odom"]), topics).odometry is None
+    assert resolve_topic_map(named(odometry=["platform/odom"]), topics).topic_of("odometry") == "/a200/platform/odom"
+    assert resolve_topic_map(named(odometry=["/platform/odom"]), topics).topic_of("odometry") is None
 
 
 def test_candidates_of_another_type_are_all_named() -> None:
     topics = listed("Imu /odom; Odometry /imu")
     with pytest.raises(DatasetsError) as caught:
-        resolve_topic_map(TopicCandidates(odometry=["/odom"], imu=["/imu"]), topics)
+        resolve_topic_map(named(odometry=["/odom"], imu=["/imu"]), topics)
     assert "/odom is sensor_msgs/msg/Imu, wanted nav_msgs/msg/Odometry" in caught.value.what
     assert "/imu is nav_msgs/msg/Odometry, wanted sensor_msgs/msg/Imu" in caught.value.what
 
 
 def test_a_topic_of_several_types_feeds_no_stream_unless_one_of_them_is_empty() -> None:
     both = propose_topic_map(listed("Odometry /odom; Imu /odom; Odometry /other"))
-    assert both.odometry == "/other"
+    assert both.topic_of("odometry") == "/other"
     assert [topic.reason for topic in both.not_used] == ["carries messages of several types"] * 2
     one = propose_topic_map(listed("Odometry /odom; Imu /odom 0"))
-    assert one.odometry == "/odom"
+    assert one.topic_of("odometry") == "/odom"
     assert [(topic.type, topic.reason) for topic in one.not_used] == [("sensor_msgs/msg/Imu", "no messages")]
 
 
@@ -294,8 +303,8 @@ def test_camera_info_follows_the_camera_that_the_robot_file_names() -> None:
     topics = listed(
         "Image /front/image_raw; Info /front/camera_info; Jpeg /rear/image_color/compressed; Info /rear/camera_info"
     )
-    resolved = resolve_topic_map(TopicCandidates(image=["/rear/image_color/compressed"]), topics)
-    assert resolved.camera_info == "/rear/camera_info"
+    resolved = resolve_topic_map(named(image=["/rear/image_color/compressed"]), topics)
+    assert resolved.topic_of("camera_info") == "/rear/camera_info"
     lonely = propose_topic_map(listed("Image /camera/image; Info /calibration"))
-    assert lonely.camera_info == "/calibration"
+    assert lonely.topic_of("camera_info") == "/calibration"
     assert any("only calibration" in note for note in lonely.notes)

@@ -16,7 +16,6 @@ from rosbags.typesys import Stores, get_typestore
 
 from navtool.datasets.inspect.inspection import inspect_recording
 from navtool.datasets.recording.identity import recording_sha256
-from navtool.datasets.robot.config import TopicCandidates
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_quaternion
@@ -93,11 +92,11 @@ def test_counts_follow_the_rates(messages: Messages) -> None:
 
 
 def test_inspect_takes_the_sensors_and_leaves_the_truth(recording: tuple[Path, BagFormat], messages: Messages) -> None:
-    found = inspect_recording(recording[0], TopicCandidates())
+    found = inspect_recording(recording[0])
     assert {topic.name: topic.count for topic in found.topics} == {name: len(got) for name, got in messages.items()}
     assert not found.faults
     assert not found.topic_map.notes
-    streams = found.topic_map.streams()
+    streams = found.topic_map.streams
     assert set(streams) == {
         *("image", "camera_info", "lidar", "odometry", "imu", "joints", "battery", "command", "intervention")
     }
