@@ -98,7 +98,7 @@ def test_reading_and_ingesting_load_no_torch(command: str) -> None:
         "ingest": "navtool.datasets.ingest.ingest, navtool.cli.robots; navtool.cli.robots.ingest_job(None, ())",
         "label": "navtool.datasets.labels.apply",
         "check": "navtool.datasets.check",
-        "intensity-map": "navtool.methods.intensity_map.run, navtool.methods.along.source",
+        "intensity-map": "navtool.methods.intensity_map.maps, navtool.methods.along.run",
     }
     heavy = ("torch", "lerobot", "datasets")
     code = f"import {modules[command]}; import sys; print([name for name in {heavy} if name in sys.modules])"
