@@ -8,7 +8,8 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from navtool.base.errors import DatasetsError
+from navtool.base.errors import DatasetsError, NavtoolError
+from navtool.base.refusal import Refusal
 
 
 def from_plain[T](cls: type[T], value: object, *, where: str | Path, concrete: Mapping[type, type] | None = None) -> T:
@@ -77,10 +78,10 @@ class _Reader:
     def _made(self, cls: type, arguments: Mapping[str, object], path: str) -> object:
         try:
             return cls(**arguments)
-        except (DatasetsError, ValueError) as error:
-            text = f"{error.where}: {error.what}" if isinstance(error, DatasetsError) else str(error)
-            hint = f" ({error.cure})" if isinstance(error, DatasetsError) and error.cure else ""
-            self.faults.append(f"{path}: {text}{hint}" if path else f"{text}{hint}")
+        except (NavtoolError, ValueError) as error:
+            where, what, cure = Refusal.of(error, path, {field.name for field in dataclasses.fields(cls)})
+            hint = f" ({cure})" if cure else ""
+            self.faults.append(f"{where}: {what}{hint}" if where else f"{what}{hint}")
             return None
 
     def _value(self, hint: object, value: object, path: str) -> object:

@@ -14,11 +14,11 @@ _PACKAGES = ("base", "cli", "configs", "datasets", "export", "methods", "pipelin
 _PIECE_BYTES = 1 << 22
 
 
-def file_sha256(path: Path, advance: Callable[[int], None] | None = None) -> str:
+def file_sha256(path: Path, on_bytes: Callable[[int], None] | None = None) -> str:
     """The SHA-256 of a file's bytes in hexadecimal, read in bounded memory.
 
     Args:
-        advance: Called with the number of bytes of each piece read.
+        on_bytes: Called with the number of bytes of each piece read.
     """
     digest = hashlib.sha256()
     try:
@@ -27,8 +27,8 @@ def file_sha256(path: Path, advance: Callable[[int], None] | None = None) -> str
             view = memoryview(buffer)
             while size := file.readinto(buffer):
                 digest.update(view[:size])
-                if advance is not None:
-                    advance(size)
+                if on_bytes is not None:
+                    on_bytes(size)
     except OSError as error:
         raise DatasetsError(
             f"cannot be read ({error.strerror})", where=path, cure="check the path and its permissions"

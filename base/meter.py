@@ -35,7 +35,7 @@ class Meter:
         """
         work, counted = self._work * share, 0
 
-        def reached(position: int) -> None:
+        def on_reached(position: int) -> None:
             nonlocal counted
             with self._lock:
                 passed = min(max((position - first) / (last - first), 0.0), 1.0) if last > first else 1.0
@@ -44,7 +44,7 @@ class Meter:
                 self._left -= done
                 self._on_advance(done, 0)
 
-        return reached
+        return on_reached
 
     def spare(self) -> None:
         """The rest of the step's work is not to be done."""

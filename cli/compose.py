@@ -101,7 +101,8 @@ def to_typed[T](composed: object, result: type[T]) -> T:
     """
     from omegaconf import OmegaConf
 
-    from navtool.cli.faulty_setting import Refusal, refusal
+    from navtool.base.refusal import Refusal
+    from navtool.cli.faulty_setting import refusal
 
     try:
         with usage_errors():

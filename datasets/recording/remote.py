@@ -30,14 +30,14 @@ def is_url(text: str) -> bool:
     return bool(_REMOTE.match(text))
 
 
-def local_paths(inputs: Sequence[str], cache: Path, advance: Callable[[str, int], None] | None = None) -> list[Path]:
+def local_paths(inputs: Sequence[str], cache: Path, on_bytes: Callable[[str, int], None] | None = None) -> list[Path]:
     """The paths that a user's inputs stand for; what is remote is fetched into the cache.
 
     Args:
         inputs: Paths, glob patterns, or URLs such as ``s3://bucket/runs/*.mcap`` of files, folders or patterns.
         cache: Where fetched files go, each below a folder of its URL's hash. One that is there already with its full
             size is not fetched again.
-        advance: Called with a file's URL and the bytes of each piece fetched.
+        on_bytes: Called with a file's URL and the bytes of each piece fetched.
 
     Raises:
         DatasetsError: A pattern matches nothing, or a URL cannot be reached or holds no recording.
@@ -46,7 +46,7 @@ def local_paths(inputs: Sequence[str], cache: Path, advance: Callable[[str, int]
     paths: list[Path] = []
     for text in inputs:
         if is_url(text):
-            paths += _fetched(text, cache, advance)
+            paths += _fetched(text, cache, on_bytes)
         elif Path(text).exists() or not re.search(r"[*?\[]", text):
             paths.append(Path(text))
         else:
@@ -57,7 +57,7 @@ def local_paths(inputs: Sequence[str], cache: Path, advance: Callable[[str, int]
     return paths
 
 
-def _fetched(url: str, cache: Path, advance: Callable[[str, int], None] | None) -> list[Path]:
+def _fetched(url: str, cache: Path, on_bytes: Callable[[str, int], None] | None) -> list[Path]:
     system, location = _system(url)
     try:
         names = _files(system, location)
@@ -74,7 +74,7 @@ def _fetched(url: str, cache: Path, advance: Callable[[str, int], None] | None) 
         inside = name.removeprefix(root).lstrip("/")
         target = _inside(base / (root.rpartition("/")[2] or "files") / inside, base)
         if not (target.is_file() and target.stat().st_size == size):
-            _fetch(system, name, url, size, target, advance)
+            _fetch(system, name, url, size, target, on_bytes)
         paths.append(target)
     return paths if len(paths) == 1 else [base / (root.rpartition("/")[2] or "files")]
 
@@ -118,7 +118,7 @@ def _inside(target: Path, base: Path) -> Path:
 
 
 def _fetch(
-    system: Any, name: str, url: str, size: int, target: Path, advance: Callable[[str, int], None] | None
+    system: Any, name: str, url: str, size: int, target: Path, on_bytes: Callable[[str, int], None] | None
 ) -> None:
     part = target.with_name(f".{target.name}.part")
     try:
@@ -129,8 +129,8 @@ def _fetch(
                 while piece := _read(remote, url):
                     out.write(piece)
                     fetched += len(piece)
-                    if advance is not None:
-                        advance(name, len(piece))
+                    if on_bytes is not None:
+                        on_bytes(name, len(piece))
             out.flush()
             os.fsync(out.fileno())
         if size and fetched != size:

@@ -145,11 +145,11 @@ def make_episode(config: SimulationConfig, plan: Plan, root: Path, staging: Path
         stage, drive = drive_episode(config, plan)
     except SimError as error:
         return NotMade(plan, str(error))
-    reached = meter.part(0, round(drive.duration_s * 1e9))
-    reached(0)
+    on_reached = meter.part(0, round(drive.duration_s * 1e9))
+    on_reached(0)
     take, counts = take_of(config, plan, stage, drive), Counter[str]()
     factory = MessageFactory(ros1=config.format is BagFormat.ros1)
-    counted = _counted(entries(take, factory), plan.start_ns, counts, reached)
+    counted = _counted(entries(take, factory), plan.start_ns, counts, on_reached)
     unfinished = staging / f"episode-{plan.number}"
     sha256, size = write_bag(root / plan.path, config.format, factory.store, take.topics(), counted, unfinished)
     return Episode(
@@ -166,13 +166,13 @@ def make_episode(config: SimulationConfig, plan: Plan, root: Path, staging: Path
 
 
 def _counted(
-    recorded: Iterable[Entry], start_ns: int, counts: Counter[str], reached: Callable[[int], None]
+    recorded: Iterable[Entry], start_ns: int, counts: Counter[str], on_reached: Callable[[int], None]
 ) -> Iterator[Entry]:
     """The same entries, counted; with each picture and cloud the recording has advanced."""
     for entry in recorded:
         counts[entry.topic] += 1
         if entry.topic in {_PICTURES, _CLOUDS}:
-            reached(entry.record_ns - start_ns)
+            on_reached(entry.record_ns - start_ns)
         yield entry
 
 

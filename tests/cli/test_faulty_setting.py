@@ -3,27 +3,9 @@
 import pytest
 
 from navtool.cli.compose import UsageError, compose
-from navtool.cli.faulty_setting import dotted
 from navtool.configs.ingest_job import IngestJob
 from navtool.configs.train_job import TrainJob
 from navtool.sim.record.config import SimulationConfig
-
-
-@pytest.mark.parametrize(
-    ("group", "key", "whole"),
-    [
-        ("", "fps", "fps"),
-        ("drive", "duration_s", "drive.duration_s"),
-        ("robot.topics", "topics.imu", "robot.topics.imu"),
-        ("robot.joy", "joy", "robot.joy"),
-        ("sync", "sync.odometry.tolerance_s", "sync.odometry.tolerance_s"),
-        ("sync.odometry", "sync.odometry.tolerance_s", "sync.odometry.tolerance_s"),
-        ("scenario.regions[1]", "share", "scenario.regions[1].share"),
-    ],
-)
-def test_keys_are_joined_where_they_overlap(group: str, key: str, whole: str) -> None:
-    assert dotted(group, key) == whole
-    assert dotted(group, whole) == whole
 
 
 @pytest.mark.parametrize(

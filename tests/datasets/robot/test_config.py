@@ -80,7 +80,7 @@ def test_a_file_needs_only_what_differs(tmp_path: Path) -> None:
         ("topics: {imu: ['']}", "an empty topic name"),
         ("mounting: {radar: {}}", "unknown sensors radar"),
         ("mounting: {imu: {rpy_rad: [0, 0, 90]}}", "radians, not degrees"),
-        ("mounting: {imu: {xyz_m: [0, 0]}}", "mounting.imu: xyz_m: [0.0, 0.0] are not three finite numbers"),
+        ("mounting: {imu: {xyz_m: [0, 0]}}", "mounting.imu.xyz_m: [0.0, 0.0] are not three finite numbers"),
         ("camera: {width: 640, height: 480, fx: 1, fy: 1, cx: 0}", "missing key 'camera.cy'"),
         ("camera: {width: 0, height: 1, fx: 1, fy: 1, cx: 0, cy: 0}", "width = 0 px is not positive"),
         (
