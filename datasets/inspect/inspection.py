@@ -83,7 +83,7 @@ def inspect_recording(
     robot: RobotConfig | None = None,
     *,
     ros_distro: str = "humble",
-    advance: Callable[[int], None] | None = None,
+    on_read: Callable[[int], None] | None = None,
 ) -> Inspection:
     """Read a recording once and describe it; no message is decoded beyond its header's stamp.
 
@@ -93,14 +93,14 @@ def inspect_recording(
         path: The recording.
         robot: Its topics are looked for; None proposes a map from types and names.
         ros_distro: Whose definitions to use where a ROS 2 recording embeds none.
-        advance: Called with the size of each message in bytes.
+        on_read: Called with the size of each message in bytes.
 
     Raises:
         DatasetsError: If it is not a recording, is damaged, or has a candidate topic of another type.
     """
     with open_recording(path, ros_distro=ros_distro) as recording:
         topic_map = resolve_topic_map(robot or RobotConfig(), recording.topics)
-        times = _times(recording, advance)
+        times = _times(recording, on_read)
         return Inspection(
             path=str(path),
             format=recording.format.value,
@@ -113,7 +113,7 @@ def inspect_recording(
         )
 
 
-def _times(recording: Recording, advance: Callable[[int], None] | None) -> dict[tuple[str, str], _Times]:
+def _times(recording: Recording, on_read: Callable[[int], None] | None) -> dict[tuple[str, str], _Times]:
     times: dict[tuple[str, str], _Times] = {}
     names = {topic.name for topic in recording.topics if topic.count > 0}
     for raw in recording.messages(names):
@@ -125,8 +125,8 @@ def _times(recording: Recording, advance: Callable[[int], None] | None) -> dict[
             of_topic.unreadable += 1
             stamp_ns = None
         of_topic.header_ns.append(-1 if stamp_ns is None else stamp_ns)
-        if advance is not None:
-            advance(len(raw.data))
+        if on_read is not None:
+            on_read(len(raw.data))
     return times
 
 

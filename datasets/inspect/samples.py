@@ -54,11 +54,11 @@ class Samples:
     """Samples that could not be decoded."""
 
 
-def take_samples(path: Path, inspection: Inspection, advance: Callable[[int], None] | None = None) -> Samples:
+def take_samples(path: Path, inspection: Inspection, on_read: Callable[[int], None] | None = None) -> Samples:
     """Read a recording once more and decode what the page shows of it; memory does not grow with its length.
 
     Args:
-        advance: Called with the size of each message in bytes.
+        on_read: Called with the size of each message in bytes.
     """
     streams = inspection.topic_map.streams
     span_ns = max(inspection.end_ns - inspection.start_ns, 1)
@@ -84,8 +84,8 @@ def take_samples(path: Path, inspection: Inspection, advance: Callable[[int], No
                 if seen % every == 0:
                     poses += _pose(recording, raw, since_ns * 1e-9, samples)
                 seen += 1
-            if advance is not None:
-                advance(len(raw.data))
+            if on_read is not None:
+                on_read(len(raw.data))
         samples.path = np.array(poses, dtype=np.float64).reshape(-1, 3)
         _decode_kept(recording, kept, inspection.start_ns, samples)
     return samples

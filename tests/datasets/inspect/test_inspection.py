@@ -82,7 +82,7 @@ def test_a_single_message_has_neither_rate_nor_gap(tmp_path: Path) -> None:
 
 def test_every_byte_is_announced_once(tmp_path: Path) -> None:
     sizes: list[int] = []
-    inspect_recording(write_imu_bag(tmp_path / "a.bag", [(SECOND, SECOND)] * 3), advance=sizes.append)
+    inspect_recording(write_imu_bag(tmp_path / "a.bag", [(SECOND, SECOND)] * 3), on_read=sizes.append)
     assert len(sizes) == 6
     assert sizes.count(1) == 3
 
