@@ -4,18 +4,15 @@ import base64
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from navtool.base.pages.style import page_style
+
 _STYLE = """
-:root{--ink:#1f2328;--dim:#656d76;--ground:#fff;--lane:#eef1f4;--line:#d0d7de;--bar:#2f81b7;--bad:#c9354b}
-@media(prefers-color-scheme:dark){:root{--ink:#e6edf3;--dim:#9198a1;--ground:#0d1117;--lane:#1c222b;--line:#30363d;
---bar:#58a6ff;--bad:#ff7b72}}
 body{font:15px/1.5 system-ui,sans-serif;color:var(--ink);background:var(--ground);max-width:1080px;margin:2rem auto;
 padding:0 1rem}h1{font-size:1.4rem;overflow-wrap:anywhere}h2{font-size:1.1rem;margin:2rem 0 .6rem}
 table{border-collapse:collapse;width:100%;font-size:.9rem}td,th{padding:.25rem .6rem;border-bottom:1px solid
 var(--line);text-align:left;vertical-align:top}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
 .wide{overflow-x:auto}.dim{color:var(--dim)}.bad{color:var(--bad)}.row{display:flex;flex-wrap:wrap;gap:1rem}
 figure{margin:0}figcaption{font-size:.85rem;color:var(--dim)}img{max-width:100%;border-radius:4px}
-svg text{font:11px system-ui,sans-serif;fill:var(--ink)}svg .dim{fill:var(--dim)}svg .lane{fill:var(--lane)}
-svg .bar{fill:var(--bar)}svg .path{fill:none;stroke:var(--bar);stroke-width:2}svg .scale{stroke:var(--ink)}
 code{overflow-wrap:anywhere}
 """
 
@@ -25,7 +22,7 @@ def html_page(title: str, parts: Iterable[str]) -> str:
     head = (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width,initial-scale=1">',
-        f"<title>{escape(title)}</title><style>{_STYLE}</style></head><body>",
+        f"<title>{escape(title)}</title><style>{page_style()}{_STYLE}</style></head><body>",
         f"<h1>{escape(title)}</h1>",
     )
     return "\n".join([*head, *parts, "</body></html>\n"])

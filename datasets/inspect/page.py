@@ -1,12 +1,14 @@
 """The page of a recording."""
 
 from html import escape
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64, Int64
 
 from navtool.base.pages.html import html_figure, html_page
+from navtool.base.pages.svg import Axes, bar, dot, polyline, svg_inside, text
 from navtool.datasets.inspect.inspection import Inspection, TopicReport
 from navtool.datasets.inspect.samples import Cloud, Samples
 from navtool.pipeline.arrays import Array
@@ -90,30 +92,29 @@ def _number(value: float | None) -> str:
 
 def _timeline(density: dict[str, Int64[Array, " bins"]], seconds: float) -> str:
     """A lane a topic: the fuller a portion of time, the darker; empty portions stay empty."""
-    left, wide, lane = 300, 760, 20
-    height = lane * len(density) + 30
-    parts = [f'<div class="wide"><svg viewBox="0 0 {left + wide} {height}" role="img" style="min-width:640px">']
+    left, wide, tall = 300, 760, 20
+    height = tall * len(density) + 30
+    parts: list[str] = []
     for number, (topic, counts) in enumerate(sorted(density.items())):
-        top = number * lane
+        top = number * tall
         shown = topic if len(topic) <= 46 else f"...{topic[-43:]}"
-        parts.append(f'<text x="0" y="{top + 13}">{escape(shown)}</text>')
-        parts.append(f'<rect class="lane" x="{left}" y="{top + 2}" width="{wide}" height="{lane - 5}"/>')
-        usual = float(np.median(counts[counts > 0])) if counts.any() else 1.0
-        levels = np.minimum(np.ceil(4 * counts / usual) / 4, 1.0)
-        edges = np.flatnonzero(np.diff(levels, prepend=-1.0, append=-1.0))
-        for first, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-            if levels[first] > 0:
-                x, width = left + first * wide / counts.size, (end - first) * wide / counts.size
-                parts.append(
-                    f'<rect class="bar" x="{x:.1f}" y="{top + 2}" width="{width:.1f}" height="{lane - 5}" '
-                    f'opacity="{levels[first]:.2f}"/>'
-                )
-    for share in (0.0, 0.25, 0.5, 0.75, 1.0):
-        anchor = "start" if share == 0 else "end" if share == 1 else "middle"
-        x = left + share * wide
-        label = f"{share * seconds:.1f} s"
-        parts.append(f'<text class="dim" x="{x:.0f}" y="{height - 8}" text-anchor="{anchor}">{label}</text>')
-    return "".join([*parts, "</svg></div>"])
+        lane = Axes(left=left, top=top + 2, width=wide, height=tall - 5, x_end=counts.size)
+        parts += [text(0, top + 13, shown), lane.frame(), *_fullness(counts, lane)]
+    labels = [f"{share * seconds:.1f} s" for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
+    parts += Axes(left=left, top=0, width=wide, height=height).x_ticks(labels, height - 8, inside=True)
+    return f'<div class="wide">{svg_inside(left + wide, height, parts, "min-width:640px")}</div>'
+
+
+def _fullness(counts: Int64[Array, " bins"], lane: Axes) -> list[str]:
+    """A bar for every portion of time that is equally full, in quarters of the usual."""
+    usual = float(np.median(counts[counts > 0])) if counts.any() else 1.0
+    levels = np.minimum(np.ceil(4 * counts / usual) / 4, 1.0)
+    edges = np.flatnonzero(np.diff(levels, prepend=-1.0, append=-1.0)).tolist()
+    return [
+        bar("bar", lane.x(first), lane.top, lane.x(end) - lane.x(first), lane.height, float(levels[first]))
+        for first, end in pairwise(edges)
+        if levels[first] > 0
+    ]
 
 
 def _cloud(cloud: Cloud) -> str:
@@ -130,22 +131,21 @@ def _path(path: Float64[Array, "n 3"]) -> str:
     size, margin = 460.0, 30.0
     scale = size / extent
     x, y = margin + (across - low_x) * scale, margin + (down - low_y) * scale
-    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
     bar_m = 10.0 ** np.floor(np.log10(extent / 2))
     wide, tall = 2 * margin + float(np.ptp(across)) * scale, 2 * margin + float(np.ptp(down)) * scale + 30
     wide = max(wide, 2 * margin + bar_m * scale + 60)
     length = float(np.linalg.norm(np.diff(path[:, 1:], axis=0), axis=1).sum())
-    foot = tall - 12
-    return (
-        f'<svg viewBox="0 0 {wide:.0f} {tall:.0f}" role="img" style="max-width:{wide:.0f}px">'
-        f'<polyline class="path" points="{points}"/>'
-        f'<circle class="bar" cx="{x[0]:.1f}" cy="{y[0]:.1f}" r="5"/>'
-        f'<text x="{x[0] + 8:.1f}" y="{y[0] + 4:.1f}">start</text>'
-        f'<text x="{x[-1] + 8:.1f}" y="{y[-1] + 4:.1f}">end</text>'
-        f'<path class="scale" d="M{margin:.0f} {foot:.0f}h{bar_m * scale:.1f}"/>'
-        f'<text x="{margin + bar_m * scale + 6:.1f}" y="{foot + 4:.0f}">{bar_m:g} m</text></svg>'
-        f'<p class="dim">{length:.1f} m by the odometry</p>'
-    )
+    foot, bar_end = tall - 12, margin + bar_m * scale
+    parts = [
+        polyline("path", x, y),
+        dot("bar", x[0], y[0]),
+        text(x[0] + 8, y[0] + 4, "start"),
+        text(x[-1] + 8, y[-1] + 4, "end"),
+        polyline("scale", [margin, bar_end], [foot, foot]),
+        text(bar_end + 6, foot + 4, f"{bar_m:g} m"),
+    ]
+    drawing = svg_inside(wide, tall, parts, f"max-width:{wide:.0f}px")
+    return f'{drawing}<p class="dim">{length:.1f} m by the odometry</p>'
 
 
 def _speed(path: Float64[Array, "n 3"]) -> str:
@@ -159,9 +159,6 @@ def _speed(path: Float64[Array, "n 3"]) -> str:
     there = lasted > 0
     speed = covered[there] / lasted[there]
     highest = max(float(speed.max(initial=0.0)), 1e-9)
-    x, y = np.flatnonzero(there) * wide / bins, tall - 14 - speed / highest * (tall - 30)
-    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
-    return (
-        f'<svg viewBox="0 0 {wide} {tall}" role="img"><polyline class="path" points="{points}"/>'
-        f'<text class="dim" x="0" y="12">{highest:.2f} m/s</text></svg>'
-    )
+    axes = Axes(left=0, top=16, width=wide, height=tall - 30, x_end=bins, y_end=highest)
+    parts = [axes.line("path", np.flatnonzero(there), speed), text(0, 12, f"{highest:.2f} m/s", "dim")]
+    return svg_inside(wide, tall, parts)

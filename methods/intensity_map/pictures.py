@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
 
+from navtool.base.pages.style import CLASS_COLOURS
 from navtool.methods.intensity_map.mapped import MappedSweep
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.layer_points import Layer
@@ -20,9 +21,7 @@ _GROUND, _INK, _DIM = (24, 20, 18), (235, 235, 235), (150, 150, 150)
 _FREE = (46, 40, 36)
 _COLOURS = {
     CellClass.free: _FREE,
-    CellClass.pliable: (80, 200, 90),
-    CellClass.solid: (60, 70, 240),
-    CellClass.transparent: (255, 190, 60),
+    **{CellClass[name]: (blue, green, red) for name, (red, green, blue) in CLASS_COLOURS.items()},
 }
 """In OpenCV's order, blue first."""
 _ROBOT, _GOAL = (255, 255, 255), (80, 220, 255)

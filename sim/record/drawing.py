@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from navtool.base.pages.style import CLASS_COLOURS
 from navtool.pipeline.arrays import Array
 from navtool.sim.drive.drive import Drive
 from navtool.sim.record.truth import obstacle_class, outline
@@ -19,8 +20,7 @@ type Colour = tuple[int, int, int]
 
 INK: Colour = (25, 25, 25)
 _PATH: Colour = (30, 60, 220)
-_FAILED: Colour = (215, 20, 40)
-_CLASSES: dict[str, Colour] = {"solid": (90, 70, 60), "pliable": (120, 175, 70), "transparent": (90, 190, 235)}
+_FAILED: Colour = (190, 0, 170)
 _PALETTE: dict[str, Colour] = {
     "concrete": (178, 178, 178),
     "asphalt": (95, 95, 105),
@@ -81,7 +81,7 @@ def legend(surfaces: Collection[int], width_px: int) -> UInt8[Array, "h w 3"]:
     """What the colours of surfaces, of intensity and of what stands on the map mean."""
     named = {number: surface.name for number, surface in enumerate(SURFACES)} | {SKY: "sky"}
     entries = [(named[number], tuple(surface_colours()[number].tolist())) for number in sorted(surfaces)]
-    entries += [(f"map: {name}", colour) for name, colour in _CLASSES.items()]
+    entries += [(f"map: {name}", colour) for name, colour in CLASS_COLOURS.items()]
     columns = 7
     canvas = np.full((20 * (1 + -(-len(entries) // columns)), width_px, 3), 255, np.uint8)
     for place, (name, colour) in enumerate(entries):
@@ -130,7 +130,7 @@ class PlaceMap:
         return np.round(np.stack([x, self._height - 1 - y], axis=1)).astype(np.int32)
 
     def draw_drive(self, drive: Drive, moments_s: Sequence[float]) -> None:
-        """Draw the way that was driven, red where something had gone wrong, with moments by number and failures."""
+        """Draw the way that was driven, purple where something had gone wrong, with moments by number and failures."""
         every = max(1, round(0.1 / float(drive.time_s[1])))
         way = self.pixels(drive.position_m[::every, :2])
         cv2.polylines(self.canvas, [way], isClosed=False, color=(255, 255, 255), thickness=4, lineType=cv2.LINE_AA)
@@ -177,7 +177,7 @@ class PlaceMap:
     def _things(self, world: World) -> None:
         items = sorted(world.obstacles.items, key=lambda item: not item.pliable)
         for item in items:
-            corners, fill = self.pixels(outline(item)), _CLASSES[obstacle_class(item)]
+            corners, fill = self.pixels(outline(item)), CLASS_COLOURS[obstacle_class(item)]
             if item.pliable:
                 under = self.canvas.copy()
                 cv2.fillPoly(under, [corners], fill, cv2.LINE_AA)
