@@ -18,7 +18,7 @@ from navtool.sim.record.streams import Take
 from navtool.sim.sensors.lidar import Scan
 from navtool.sim.world.surfaces import SURFACES
 
-RED, BLUE = (215, 20, 40), (30, 60, 220)
+PURPLE, BLUE = (190, 0, 170), (30, 60, 220)
 
 
 def share(picture: Array, colour: tuple[int, int, int]) -> float:
@@ -32,7 +32,7 @@ def test_a_sheet_shows_the_moments_and_is_the_same_each_time(
     sheet = contact_sheet(take_of(), plan)
     assert sheet.shape[0] > MOMENTS * 240
     np.testing.assert_array_equal(sheet, contact_sheet(take_of(), plan))
-    assert share(sheet, RED) > share(contact_sheet(take_of(drive=arc_drive(2.0)), plan), RED) == 0
+    assert share(sheet, PURPLE) > share(contact_sheet(take_of(drive=arc_drive(2.0)), plan), PURPLE) == 0
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 9])
