@@ -202,5 +202,5 @@ SMALL = tuple(row.name for row in _ROWS if row.kind is Kind.small)
 GRIDDED = tuple(row.name for row in _ROWS if row.sync is not None)
 GRID_STREAMS = tuple(row.name for row in _ROWS if row.makes_grid)
 """The first of these that lasts for two ticks spans the grid."""
-POSED = tuple(row.name for row in _ROWS if row.pose)
-"""Streams whose sensors have a pose on the robot."""
+POSED = tuple(sorted((row.name for row in _ROWS if row.pose), key=lambda name: bool(STREAMS[name].column)))
+"""Streams whose sensors have a pose on the robot; odometry, whose child frame it is, behind the sensors."""

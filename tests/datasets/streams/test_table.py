@@ -77,6 +77,7 @@ def test_poses_are_fields_of_the_calibration_by_their_streams() -> None:
     calibration = Calibration(
         camera=None, base_height_m=0.0, robot_width_m=0.5, sources={}, recorded=RecordedGeometry(), **matrices
     )
+    assert POSED == ("image", "lidar", "imu", "odometry"), "the order in calibration.json"
     assert set(LARGE) <= set(POSED)
     for stream, pose in calibration.poses().items():
         assert pose is matrices[STREAMS[stream].pose]
