@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from navtool.base.errors import NavtoolError
 
 _CURE = "the command's `--cfg job` prints every key with its value"
+_SCHEMA = re.compile(r" \w+_schema\b")
+"""Where Hydra lists the options of a group: what the dataclasses are registered as, which is none for a user."""
 _CURE_STRAY = "set settings with KEY=VALUE; folders and files are named with options, see the command's `--help`"
 
 
@@ -164,7 +166,7 @@ def _readable(error: BaseException) -> str:
     current: BaseException | None = error
     while current is not None:
         text = " ".join(line.strip() for line in str(current).splitlines() if _says_something(line))
-        text = text.partition(" Config search path:")[0].replace(" robot_schema", "").replace(" scenario_schema", "")
+        text = _SCHEMA.sub("", text.partition(" Config search path:")[0])
         if text and text not in messages:
             messages.append(text)
         current = current.__cause__
