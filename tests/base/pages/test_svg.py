@@ -18,7 +18,7 @@ def _parsed(*parts: str, title: str = "a drawing") -> ElementTree.Element:
     return ElementTree.fromstring(svg_file(500, 150, title, parts))  # noqa: S314
 
 
-@given(st.text(st.characters(min_codepoint=32, max_codepoint=0xD7FF)))
+@given(st.text(st.sampled_from("<>&\"' a\u00e4"), max_size=12))
 def test_any_text_comes_back_as_it_was_given(content: str) -> None:
     root = _parsed(text(1, 2, content), polyline("step", [0, 1], [0, 1], content or "none"), title=content)
     titles = [element.text or "" for element in root.iter(f"{_NS}title")]
