@@ -41,7 +41,7 @@ check: setup ## format, lint, types and import contracts
 	PYTHONPATH=.check $(BIN)/lint-imports
 
 test: setup ## the quick tests
-	$(PYTEST) -m "not slow"
+	$(PYTEST) -m "not slow" --durations=20
 
 test-all: setup ## every test, the properties on new examples each time
 	NAVTOOL_EXPLORE=1 $(PYTEST)

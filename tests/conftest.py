@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from jaxtyping import install_import_hook
+from shape_checks import check_while_running
 
 pytest_plugins = (
     "recording_factory",
@@ -17,8 +17,7 @@ pytest_plugins = (
     "web_factory",
 )
 
-# Before any of the modules is imported: every jaxtyping signature below is checked by beartype.
-install_import_hook(["navtool.pipeline", "navtool.datasets", "navtool.sim"], "beartype.beartype")
+check_while_running(["navtool.pipeline", "navtool.datasets", "navtool.sim", "navtool.methods"])
 
 # The same code passes or fails the same way each time; NAVTOOL_EXPLORE=1 looks for new counterexamples.
 settings.register_profile("repeatable", derandomize=True)

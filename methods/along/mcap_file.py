@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
@@ -21,6 +21,7 @@ class Message(NamedTuple):
     """As CDR."""
 
 
+@runtime_checkable
 class Messages[R](Protocol):
     """Builds the messages of results."""
 

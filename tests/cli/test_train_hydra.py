@@ -44,6 +44,7 @@ def test_cfg_job_prints_the_composed_configuration(navtool: Callable[..., Any]) 
     assert "learning_rate: 0.002" in shown.out
 
 
+@pytest.mark.slow
 def test_a_sweep_leaves_runs_and_one_summary(navtool: Callable[..., Any], small_dataset: Path, tmp_path: Path) -> None:
     out = tmp_path / "sweep"
     done = navtool("train", "-m", "--data", small_dataset, "--out", out, "seed=1,2", *SMALL)
@@ -69,6 +70,7 @@ def test_launchers_plug_in(navtool: Callable[..., Any], small_dataset: Path, tmp
     assert json.loads((out / "summary.json").read_text())["jobs"][0]["finished"]
 
 
+@pytest.mark.slow
 def test_a_finished_run_goes_on_with_more_epochs_and_is_not_overwritten(
     navtool: Callable[..., Any], small_dataset: Path, tmp_path: Path
 ) -> None:

@@ -167,6 +167,22 @@ def test_sizes_are_free() -> None:
     assert net(image, points, count, velocity[:, -20:], trajectory, reliability).shape == (BATCH, 10)
 
 
+def test_a_few_steps_take_most_of_the_error_away() -> None:
+    torch.manual_seed(0)
+    net = Graspe(GraspeConfig(image_height=48, image_width=48, dropout=0.0))
+    inputs, target, known = _learnable_samples()
+    optimizer = torch.optim.Adam(net.parameters(), lr=1e-3)
+    losses = []
+    for _ in range(10):
+        optimizer.zero_grad()
+        loss = masked_mse(net(*inputs), target, known)
+        torch.autograd.backward(loss)
+        optimizer.step()
+        losses.append(loss.item())
+    assert losses[-1] < 0.5 * losses[0]
+
+
+@pytest.mark.slow
 def test_overfits_32_samples() -> None:
     """The paper's network at its full width, on small images: it learns 32 samples by heart, in evaluation mode too."""
     torch.manual_seed(0)

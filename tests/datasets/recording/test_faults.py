@@ -65,7 +65,7 @@ def test_a_truncated_recording_gives_what_it_still_has(container: str, write_rec
     assert counts[-1] > 0.6 * len(whole)
 
 
-@pytest.mark.parametrize("container", ["ros1_bz2", "mcap_zstd", "mcap_lz4"])
+@pytest.mark.parametrize("container", ["ros1_bz2", "mcap_zstd", pytest.param("mcap_lz4", marks=pytest.mark.slow)])
 def test_a_damaged_chunk_costs_its_own_messages(container: str, write_recording: Write) -> None:
     file = file_of(write_recording(container, many_entries(400)))
     whole, _ = everything(file)

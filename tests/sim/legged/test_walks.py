@@ -78,9 +78,8 @@ def test_it_walks_on_concrete_and_reaches_what_it_was_sent_to(walk: Walk, gait: 
     assert drive.failures == ()
 
 
-@pytest.mark.parametrize(
-    "gait", [gait if gait is GaitName.TROT else pytest.param(gait, marks=pytest.mark.slow) for gait in GaitName]
-)
+@pytest.mark.slow
+@EVERY_GAIT
 def test_gravel_costs_more_current_than_concrete_and_tall_grass_more_than_gravel(walk: Walk, gait: GaitName) -> None:
     drawn = [current_a(walk(surface, gait, 21, 3.0, EQUAL_MPS)) for surface in ("concrete", "gravel", "tall_grass")]
     assert drawn[0] < drawn[1] < drawn[2]
