@@ -135,6 +135,12 @@ def usage_errors() -> Iterator[None]:
             options = sorted(option for option in error.options if not option.endswith("_schema"))
             raise _unknown_option(name, options, group) from error
         raise UsageError(_readable(error), cure=_CURE) from error
+    except AssertionError as error:
+        if not str(error).startswith("Unexpected type for root: NoneType"):
+            raise
+        # what OmegaConf says of a key below a group that is null, as robot.joy is where there is no joystick
+        cure = "write the whole group into a robot file, and pass it with --robot"
+        raise UsageError("an override sets a key of a group that is not there", cure=cure) from error
 
 
 def _refused_choice(error: BaseException | None) -> ChoiceError | None:

@@ -31,13 +31,12 @@ def ingest(
     Each recording becomes one episode. Recordings that are in the data set already are skipped; one that cannot become
     an episode is reported with its reason, and the exit code is then 1.
     """
-    from navtool.cli.arguments import require_there, split_overrides
+    from navtool.cli.arguments import split_overrides
     from navtool.cli.compose import UsageError, print_config, wrong_call
     from navtool.cli.console import print_json
-    from navtool.cli.progress import WorkProgress, fetching
+    from navtool.cli.progress import WorkProgress
     from navtool.cli.robots import ingest_job
     from navtool.datasets.ingest.ingest import ingest as run
-    from navtool.datasets.recording.remote import default_cache, is_url, local_paths
     from navtool.datasets.store.writer import data_set_folder
 
     paths, overrides = split_overrides(arguments or [])
@@ -50,10 +49,8 @@ def ingest(
     if out is None:
         raise UsageError("no data set was named", where="ingest", cure="pass --out FOLDER")
     with wrong_call():
-        require_there(*local_paths([text for text in paths if not is_url(text)], default_cache()))
         data_set_folder(out).refuse_other()
-    with fetching() as fetched:
-        recordings = local_paths(paths, default_cache(), fetched)
+    recordings = _recordings(paths)
     with WorkProgress("recordings") as progress:
         report = run(
             recordings,
@@ -71,6 +68,19 @@ def ingest(
         print_ingest(report)
     if report.quarantined:
         raise typer.Exit(1)
+
+
+def _recordings(named: list[str]) -> list[Path]:
+    """Where the recordings lie that are named; those that are URLs are fetched once the others are there."""
+    from navtool.cli.arguments import require_there
+    from navtool.cli.compose import wrong_call
+    from navtool.cli.progress import fetching
+    from navtool.datasets.recording.remote import default_cache, is_url, local_paths
+
+    with wrong_call():
+        require_there(*local_paths([text for text in named if not is_url(text)], default_cache()))
+    with fetching() as fetched:
+        return local_paths(named, default_cache(), fetched)
 
 
 def print_ingest(report: "IngestReport") -> None:

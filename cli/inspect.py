@@ -46,13 +46,7 @@ def inspect(
     if write_robot is not None:
         save_robot_file(robot_from(base, inspection), write_robot)
     if report is not None:
-        from navtool.base.files import write_bytes
-        from navtool.datasets.inspect.page import recording_page
-        from navtool.datasets.inspect.samples import take_samples
-
-        with console(error=True).status("drawing"):
-            page = recording_page(inspection, take_samples(recording, inspection))
-        write_bytes(report, page.encode())
+        _draw(recording, inspection, report)
     if as_json:
         print_json(inspection.to_json())
         return
@@ -61,6 +55,18 @@ def inspect(
         console().print(f"report: {report}", markup=False)
     if write_robot is not None:
         console().print(f"robot file: {write_robot}", markup=False)
+
+
+def _draw(recording: Path, inspection: "Inspection", report: Path) -> None:
+    """Write the recording as one page."""
+    from navtool.base.files import write_bytes
+    from navtool.cli.console import console
+    from navtool.datasets.inspect.page import recording_page
+    from navtool.datasets.inspect.samples import take_samples
+
+    with console(error=True).status("drawing"):
+        page = recording_page(inspection, take_samples(recording, inspection))
+    write_bytes(report, page.encode())
 
 
 def print_inspection(inspection: "Inspection") -> None:

@@ -36,14 +36,14 @@ _DAMAGE = (ArithmeticError, LookupError, TypeError, ValueError, OSError, pa.Arro
 
 
 def check_dataset(
-    root: Path, progress: Callable[[str], None] | None = None, *, splits: Path | None = None
+    root: Path, on_check: Callable[[str], None] | None = None, *, splits: Path | None = None
 ) -> CheckReport:
     """Look at everything in a data set, down to the last row, frame and footer.
 
     Nothing is changed. Damage is reported as a finding; only a folder that is no data set of ours raises.
 
     Args:
-        progress: Called with the name of each check as it begins.
+        on_check: Called with the name of each check as it begins.
         splits: A file that names splits of the data set, such as a run's ``lineage.json``; they are looked at too.
 
     Raises:
@@ -64,8 +64,8 @@ def check_dataset(
     if named is not None:
         checks = CHECKS | {"named splits": lambda opened: check_splits(opened, named, str(splits))}
     for name, check in checks.items():
-        if progress is not None:
-            progress(name)
+        if on_check is not None:
+            on_check(name)
         report.checks.append(name)
         try:
             for severity, where, what in check(dataset):

@@ -31,14 +31,14 @@ LABELS_VERSION = 1
 SPEED_RATIO = 1.1
 """Poses and speeds of an odometry that differ by a larger factor are worth a note."""
 _REBUILD = "run `navtool check` on it; ingest its recording again"
-Progress = Callable[[str, int, int], None]
+type OnStep = Callable[[str, int, int], None]
 
 
 def label_dataset(
     root: Path,
     config: LabelConfig,
     events: Path | None = None,
-    progress: Progress | None = None,
+    on_step: OnStep | None = None,
     *,
     workers: int = 2,
 ) -> LabelReport:
@@ -52,42 +52,42 @@ def label_dataset(
         root: The data set.
         config: When a rule calls a portion failed.
         events: An events file, CSV or JSON; None for none.
-        progress: Called with ``rules``, ``write`` or ``replace``, the number of files done, and of all.
+        on_step: Called with ``rules``, ``write`` or ``replace``, the number of files done, and of all.
         workers: Data files that are written at the same time.
 
     Raises:
         DatasetsError: If it is no data set, another process writes to it, or the events file is faulty.
         OutputError: If a file cannot be written; the labels are then as they were.
     """
-    on_progress = progress or _nothing
+    on_step = on_step or _nothing
     read_description(root)
     with open_store(root):
         finish(root)
         try:
-            return _label(root, config, events, on_progress, workers)
+            return _label(root, config, events, on_step, workers)
         except BaseException:
             # Before the journal this takes the new files away; after it, it completes the step.
             finish(root)
             raise
 
 
-def _label(root: Path, config: LabelConfig, events: Path | None, on_progress: Progress, workers: int) -> LabelReport:
+def _label(root: Path, config: LabelConfig, events: Path | None, on_step: OnStep, workers: int) -> LabelReport:
     dataset = NavDataset(root)
     report = LabelReport(dataset=str(root), episodes=len(dataset.episodes), rows=len(dataset))
     by_bag = _events_by_bag(dataset, events, report)
     labelled: list[EpisodeLabels] = []
     for episode in dataset.episodes:
-        on_progress("rules", episode.index, len(dataset.episodes))
+        on_step("rules", episode.index, len(dataset.episodes))
         labels = label_episode(dataset, episode, config, by_bag.get(episode.source, []))
         _count(report, episode, labels)
         labelled.append(labels)
     report.rewritten = [
         episode.index for episode in dataset.episodes if _differs(dataset, episode, labelled[episode.index])
     ]
-    targets = _write_data(dataset, labelled, report.rewritten, on_progress, workers)
+    targets = _write_data(dataset, labelled, report.rewritten, on_step, workers)
     targets += _write_stats(dataset, labelled)
     targets.append(_write_summary(dataset, config, report))
-    commit(root, targets, lambda done: on_progress("replace", done, len(targets)))
+    commit(root, targets, lambda done: on_step("replace", done, len(targets)))
     logger.info("%s: labels of %d of %d episodes changed", root, len(report.rewritten), report.episodes)
     return report
 
@@ -132,7 +132,7 @@ def _differs(dataset: NavDataset, episode: Episode, labels: EpisodeLabels) -> bo
 
 
 def _write_data(
-    dataset: NavDataset, labelled: list[EpisodeLabels], changed: list[int], on_progress: Progress, workers: int
+    dataset: NavDataset, labelled: list[EpisodeLabels], changed: list[int], on_step: OnStep, workers: int
 ) -> list[Path]:
     targets = [dataset.layout.data(index) for index in changed]
     needed = sum(target.stat().st_size for target in targets)
@@ -151,7 +151,7 @@ def _write_data(
     try:
         with ThreadPoolExecutor(max_workers=workers) as pool:
             for done, _ in enumerate(pool.map(write, changed)):
-                on_progress("write", done + 1, len(changed))
+                on_step("write", done + 1, len(changed))
     except OSError as error:
         cure = "check the disk's space and the folder's rights"
         raise OutputError(f"cannot be written ({error.strerror})", where=dataset.root, cure=cure) from error

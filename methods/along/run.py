@@ -124,10 +124,10 @@ class _Walk[T, R, P: Report]:
             raise DatasetsError("nothing says what stands there", where=self.source.path, cure=TRUTH_CURE)
         return known
 
-    def _observed(self, streams: Streams, reached: Callable[[int], None]) -> Iterator[Observation[T]]:
+    def _observed(self, streams: Streams, on_reached: Callable[[int], None]) -> Iterator[Observation[T]]:
         """The ticks that can be read; the others are counted."""
         for number, (stamp_ns, read) in enumerate(self.method.ticks.readings(streams)):
-            reached(number)
+            on_reached(number)
             reading = read()
             if not isinstance(reading, Skip):
                 yield Observation(stamp_ns, reading, streams)

@@ -143,6 +143,7 @@ CALLS: list[tuple[str, int, str]] = [
     ("ingest {text} --out {out} fps=fast", 2, "fps"),
     ("ingest {text} --out {out} fps=600", 2, "600"),
     ("ingest {text} --out {out} robot=unknown", 2, "generic"),
+    ("ingest {text} --out {out} robot.joy.turn_axis=2", 2, "into a robot file"),
     ("ingest {text} --out {out} --robot {absent}.yaml", 2, "absent.yaml"),
     ("label", 2, "0 data sets were named"),
     ("label {absent}", 2, "there is no such file or folder"),

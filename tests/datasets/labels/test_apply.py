@@ -280,7 +280,7 @@ def test_a_failure_before_the_step_takes_the_new_files_away(dataset: Path) -> No
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        label_dataset(dataset, LabelConfig(), progress=fail)
+        label_dataset(dataset, LabelConfig(), on_step=fail)
     assert files(dataset) == before
 
 
@@ -290,7 +290,7 @@ def test_a_failure_within_the_step_completes_it(dataset: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        label_dataset(dataset, LabelConfig(), progress=fail)
+        label_dataset(dataset, LabelConfig(), on_step=fail)
     assert not journal_path(dataset).exists()
     assert label_dataset(dataset, LabelConfig()).rewritten == []
 
@@ -313,7 +313,7 @@ def test_what_is_no_data_set_or_cannot_be_read_is_refused(dataset: Path, tmp_pat
 def test_progress_counts_every_stage_to_its_end(dataset: Path) -> None:
     seen: dict[str, list[tuple[int, int]]] = {}
     report: LabelReport = label_dataset(
-        dataset, LabelConfig(), progress=lambda stage, done, of: seen.setdefault(stage, []).append((done, of))
+        dataset, LabelConfig(), on_step=lambda stage, done, of: seen.setdefault(stage, []).append((done, of))
     )
     assert seen["rules"] == [(0, 2), (1, 2)]
     assert seen["write"] == [(1, 2), (2, 2)]
