@@ -8,6 +8,9 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
+LEFT_OUT_WHILE_EMPTY = {"left_out_while_empty": True}
+"""Metadata of a dataclass's field that is not written while it is empty; files then read as before there was such."""
+
 
 @runtime_checkable
 class Dataclass(Protocol):
@@ -37,7 +40,12 @@ def plain(value: object) -> object:
 
 def plain_fields(value: Dataclass) -> dict[str, Any]:
     """The fields of a dataclass, in their order, as plain values."""
-    return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    entries = ((field, getattr(value, field.name)) for field in dataclasses.fields(value))
+    return {
+        field.name: plain(entry)
+        for field, entry in entries
+        if not (field.metadata.get("left_out_while_empty") and not entry)
+    }
 
 
 def flatten(value: object, prefix: str = "") -> dict[str, object]:

@@ -9,6 +9,10 @@ from navtool.base.errors import NavtoolError
 _CURE = "the command's `--cfg job` prints every key with its value"
 _SCHEMA = re.compile(r" \w+_schema\b")
 """Where Hydra lists the options of a group: what the dataclasses are registered as, which is none for a user."""
+_BY_NAME = re.compile(
+    r"(sync\.cameras|sync\.lidars|robot\.cameras|robot\.lidars|robot\.mounting)(?:\.([\w.]+))?=(.*)", re.S
+)
+"""Settings below a name that a user chooses, which Hydra only adds as a whole table."""
 _CURE_STRAY = "set settings with KEY=VALUE; folders and files are named with options, see the command's `--help`"
 
 
@@ -46,12 +50,23 @@ def compose[T](config: str, overrides: Sequence[str], result: type[T]) -> T:
     GlobalHydra.instance().clear()
     try:
         with usage_errors(), initialize_config_dir(str(config_folder()), version_base="1.3"):
-            return to_typed(hydra_compose(config, list(overrides)), result)
+            return to_typed(hydra_compose(config, [_by_name(override) for override in overrides]), result)
     except ChoiceError as error:
         # A type's values are not all for every setting of that type: each is tried.
         others = [override for override in overrides if override.partition("=")[0].lstrip("+") != error.key]
         fit = [choice for choice in error.choices if _fits(config, [*others, f"{error.key}={choice}"], result)]
         raise ChoiceError(error.key, error.value, fit or error.choices) from error
+
+
+def _by_name(override: str) -> str:
+    """A setting such as ``sync.cameras.rear.tolerance_s=0.1`` as the table ``{rear: {tolerance_s: 0.1}}`` to merge."""
+    named = _BY_NAME.fullmatch(override)
+    if named is None:
+        return override
+    group, keys, value = named.groups()
+    for key in reversed(keys.split(".") if keys else []):
+        value = f"{{{key}: {value}}}"
+    return f"++{group}={value}"
 
 
 def _fits(config: str, overrides: Sequence[str], result: type) -> bool:

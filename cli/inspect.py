@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 _ONE_TABLE_COLUMNS = 130
 """Width of a terminal in characters from which a topic's row takes everything without folding its name."""
 
+_FURTHER = "more cameras or LiDARs, read where a robot file names them; --write-robot FILE writes one"
+
 
 def inspect(
     bag: str = typer.Argument(
@@ -78,6 +80,7 @@ def print_inspection(inspection: "Inspection") -> None:
     out.print(f"{inspection.path}: {inspection.format}, {inspection.messages} messages, {span_s:.1f} s", markup=False)
     used = {topic: stream for stream, topic in inspection.topic_map.streams.items()}
     used |= dict.fromkeys(inspection.topic_map.transforms, "transforms")
+    used |= {topic: f"(could be {stream})" for stream, topic in inspection.topic_map.further.items()}
     feeds = {topic.name: (topic.name, topic.type, used.get(topic.name, "not used")) for topic in inspection.topics}
     times = {
         topic.name: (topic.count, topic.rate_hz, topic.gap_max_s, topic.time, topic.clock_offset_s)
@@ -94,3 +97,5 @@ def print_inspection(inspection: "Inspection") -> None:
         print_table("Not used", ("topic", "reason"), ((topic.name, topic.reason) for topic in unused))
     print_notes(f"damaged: {fault}" for fault in inspection.faults)
     print_notes(inspection.topic_map.notes)
+    if inspection.topic_map.further:
+        print_notes([f"{_FURTHER}: {', '.join(inspection.topic_map.further)}"])

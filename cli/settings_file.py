@@ -6,6 +6,7 @@ from pathlib import Path
 import yaml
 
 from navtool.base.plain import flatten
+from navtool.base.yaml_text import load_yaml
 from navtool.cli.compose import UsageError, quoted
 
 
@@ -19,7 +20,7 @@ def settings_overrides(path: Path | None) -> list[str]:
         return []
     cure = "name a file such as `navtool fit intensity_threshold` writes"
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = load_yaml(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UsageError(f"cannot be read ({error.strerror})", where=path, cure=cure) from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:

@@ -1,5 +1,7 @@
 """Are the values, clouds, frames and streams plausible?"""
 
+from typing import Any
+
 import av
 import numpy as np
 from jaxtyping import Bool
@@ -8,13 +10,12 @@ from navtool.base.lineage import file_sha256
 from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, runs, short
 from navtool.datasets.store.reader import NavDataset
 from navtool.datasets.store.schema import (
-    CLOUD_RELIABILITY_KEYS,
     CLOUD_SIZE,
     COUNT_KEY,
     IMAGE_KEY,
-    IMAGE_RELIABILITY_KEYS,
     POINTS_KEY,
     STATE_KEY,
+    image_key,
 )
 from navtool.pipeline.arrays import Array
 
@@ -34,8 +35,8 @@ def check_values(dataset: NavDataset) -> Findings:
         bad = ~np.isfinite(dataset.column(key))
         if bad.any():
             yield Severity.FAIL, key, f"{int(bad.sum())} values are NaN or infinite"
-    for key in (*IMAGE_RELIABILITY_KEYS, *CLOUD_RELIABILITY_KEYS, "label.confidence"):
-        if key in dataset.features:
+    for key in dataset.features:
+        if key.startswith("observation.reliability.") or key == "label.confidence":
             values = dataset.column(key)
             outside = int(((values < 0) | (values > 1)).sum())
             if outside:
@@ -75,12 +76,16 @@ def check_clouds(dataset: NavDataset) -> Findings:
 
 
 def check_video(dataset: NavDataset) -> Findings:
-    """Every frame decodes, there is one a row, and the picture changes."""
-    if IMAGE_KEY not in dataset.features:
-        return
+    """Every image decodes, there is one a row, and the picture changes."""
+    for stream in dataset.description.contents.images:
+        yield from _video(dataset, stream)
+
+
+def _video(dataset: NavDataset, stream: str) -> Findings:
+    key = image_key(stream)
     for episode in dataset.episodes:
-        path = dataset.layout.video(episode.index)
-        made = dataset.provenance()[episode.index].get("video_sha256")
+        path = dataset.layout.video(episode.index, key)
+        made = _video_sha256(dataset.provenance()[episode.index], key)
         if path.is_file() and made is not None and file_sha256(path) != made:
             yield Severity.FAIL, short(dataset, path), "its bytes are not those that ingest wrote"
         try:
@@ -96,11 +101,17 @@ def check_video(dataset: NavDataset) -> Findings:
         if frames != len(episode):
             yield Severity.FAIL, short(dataset, path), f"{frames} frames instead of {len(episode)}"
             continue
-        valid = dataset.column("valid.image")[episode.start : episode.stop]
+        valid = dataset.column(f"valid.{stream}")[episode.start : episode.stop]
         if frames > 1 and valid.any() and all(same[1:]):
             yield Severity.WARN, short(dataset, path), "every frame looks the same"
         else:
             yield from _frozen(dataset, short(dataset, path), "the picture", np.array(same) & valid)
+
+
+def _video_sha256(provenance: dict[str, Any], key: str) -> str | None:
+    """The hash with which ingest wrote a video; None where it wrote none."""
+    made: str | None = provenance.get("further_videos_sha256", {}).get(key)
+    return provenance.get("video_sha256") if key == IMAGE_KEY else made
 
 
 def check_streams(dataset: NavDataset) -> Findings:

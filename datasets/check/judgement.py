@@ -3,7 +3,10 @@
 import numpy as np
 
 from navtool.datasets.check.findings import Findings, Severity, name_of
+from navtool.datasets.robot.calibration import Calibration
 from navtool.datasets.store.reader import NavDataset
+from navtool.datasets.store.schema import Contents
+from navtool.datasets.streams.table import row_of, sensor_of
 
 RARE_SHARE = 0.01
 """Outcomes rarer than this are hard to learn."""
@@ -41,8 +44,21 @@ def check_calibrations(dataset: NavDataset) -> Findings:
             )
             if wanted and value is None
         ]
+        lacking += _further_lacking(calibration, contents)
         if lacking:
             yield Severity.WARN, name_of(episode), f"{', '.join(lacking)} unknown"
+
+
+def _further_lacking(calibration: Calibration, contents: Contents) -> list[str]:
+    """What is unknown of further cameras and LiDARs."""
+    lacking = [
+        f"camera.{sensor_of(stream)}"
+        for stream in contents.images
+        if sensor_of(stream) and calibration.camera_of(stream) is None
+    ]
+    streams = [*(stream for stream in contents.images if sensor_of(stream)), *contents.lidar_streams]
+    poses = calibration.poses()
+    return lacking + [f"{row_of(s).pose}.{sensor_of(s)}" for s in streams if poses.get(s) is None]
 
 
 def check_leakage(dataset: NavDataset) -> Findings:

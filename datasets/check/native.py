@@ -34,7 +34,8 @@ def check_native(dataset: NavDataset) -> Findings:
             if (np.diff(stamps) <= 0).any():
                 yield Severity.FAIL, where, f"{int((np.diff(stamps) <= 0).sum())} true stamps do not increase"
             yield from _values(where, path.stem, stamps, columns)
-        yield from _clouds(dataset, episode)
+        for lidar in (None, *dataset.description.contents.lidars):
+            yield from _clouds(dataset, episode, lidar)
 
 
 def _as_written(schema: pa.Schema) -> bool:
@@ -60,14 +61,14 @@ def _values(where: str, stream: str, stamps: Int64[Array, " n"], columns: dict[s
             yield Severity.WARN, where, f"the measured values are frozen for {longest:.1f} s"
 
 
-def _clouds(dataset: NavDataset, episode: Episode) -> Findings:
-    """Whole clouds, one by one."""
-    folder = dataset.layout.episode(episode.index) / "clouds"
+def _clouds(dataset: NavDataset, episode: Episode, lidar: str | None) -> Findings:
+    """A LiDAR's whole clouds, one by one."""
+    folder = dataset.layout.clouds(episode.index, lidar)
     if not folder.is_dir():
         return
     last, backwards, empty, count = -1, 0, 0, 0
     try:
-        for cloud in dataset.clouds(episode.index):
+        for cloud in dataset.clouds(episode.index, lidar):
             count += 1
             empty += int(not len(cloud.xyz))
             backwards += int(cloud.record_ns < last)
@@ -78,4 +79,8 @@ def _clouds(dataset: NavDataset, episode: Episode) -> Findings:
     if backwards:
         yield Severity.FAIL, short(dataset, folder), f"{backwards} clouds are not in the order of record"
     if empty:
-        yield Severity.WARN, name_of(episode), f"{empty} of {count} whole clouds have no points"
+        yield (
+            Severity.WARN,
+            name_of(episode),
+            f"{empty} of {count} whole clouds {f'of lidar.{lidar} ' if lidar else ''}have no points",
+        )

@@ -16,6 +16,7 @@ from navtool.datasets.ingest.sync_report import stream_notes
 from navtool.datasets.recording.identity import source_name
 from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.store.renumber import renumber
+from navtool.datasets.store.schema import IMAGE_KEY, features_of, video_keys
 from navtool.datasets.store.writer import Store
 
 
@@ -32,8 +33,11 @@ def add_episode(
     with output_errors(joined.folder.root):
         folder = renumber(joined.folder, store.numbering(replaced), plan.contents)
     provenance = provenance_of(path, planned, robot, config)
-    if plan.contents.image:
-        provenance["video_sha256"] = file_sha256(folder.video)
+    hashes = {key: file_sha256(folder.video(key)) for key in video_keys(features_of(plan.contents))}
+    if IMAGE_KEY in hashes:
+        provenance["video_sha256"] = hashes.pop(IMAGE_KEY)
+    if hashes:
+        provenance["further_videos_sha256"] = hashes
     notes = joined.notes
     if replaced is None:
         store.commit(folder, description_of(plan, robot, config), provenance)

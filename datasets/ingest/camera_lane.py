@@ -6,9 +6,9 @@ from jaxtyping import UInt8
 
 from navtool.datasets.decode.messages import Decoded, ImageFrame
 from navtool.datasets.ingest.lane import Lane
-from navtool.datasets.ingest.segment import StreamPart
+from navtool.datasets.ingest.segment import Segment
 from navtool.datasets.recording import RawMessage
-from navtool.datasets.store.schema import IMAGE_HEIGHT_PX, IMAGE_RELIABILITY_KEYS, IMAGE_WIDTH_PX
+from navtool.datasets.store.schema import IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX, image_reliability_keys
 from navtool.datasets.store.stats import ImageStats
 from navtool.datasets.store.video import VideoWriter
 from navtool.pipeline.arrays import Array
@@ -25,10 +25,8 @@ class CameraLane(Lane):
     Almost all of its time is spent outside of the interpreter, so that it runs beside a lane that needs it.
     """
 
-    def __init__(
-        self, part: StreamPart | None, ticks: int, video: VideoWriter, reliability: ImageReliabilityConfig
-    ) -> None:
-        super().__init__(part, ticks, IMAGE_RELIABILITY_KEYS)
+    def __init__(self, stream: str, segment: Segment, video: VideoWriter, reliability: ImageReliabilityConfig) -> None:
+        super().__init__(segment.parts.get(stream), segment.ticks, image_reliability_keys(stream))
         self.stats = ImageStats()
         self._video, self._reliability = video, reliability
         self._frames: dict[int, Image] = {}

@@ -3,17 +3,21 @@
 from navtool.base.errors import DatasetsError
 from navtool.datasets.store.schema import Contents
 from navtool.datasets.streams.first_pass import FirstPass
+from navtool.datasets.streams.table import of_kind, sensor_of
 
 
 def contents_of(found: FirstPass) -> Contents:
     """The streams of a recording."""
     joints = found.streams.get("joints")
+    beside = [stream for stream in found.streams if sensor_of(stream)]
     return Contents(
         image="image" in found.streams,
         lidar="lidar" in found.streams,
         imu="imu" in found.streams,
         joint_names=joints.joint_names if joints is not None else (),
         battery="battery" in found.streams,
+        cameras=tuple(sensor_of(stream) for stream in of_kind("image", beside)),
+        lidars=tuple(sensor_of(stream) for stream in of_kind("lidar", beside)),
     )
 
 
@@ -37,4 +41,5 @@ def streams_left_out(fixed: Contents, found: Contents) -> list[str]:
 
 
 def _streams_of(contents: Contents) -> tuple[str, ...]:
-    return tuple(name for name in contents.streams() if name not in ("state", "action"))
+    in_rows = (name for name in contents.streams() if name not in ("state", "action"))
+    return (*in_rows, *contents.lidar_streams)

@@ -6,7 +6,7 @@ from navtool.datasets.ingest.grid import Grid
 from navtool.datasets.ingest.large_stream import LargeStream
 from navtool.datasets.store.schema import Contents
 from navtool.datasets.streams.first_pass import FirstPass
-from navtool.datasets.streams.table import LARGE
+from navtool.datasets.streams.table import is_large
 
 
 def dropped_messages(
@@ -15,7 +15,7 @@ def dropped_messages(
     """Counts of messages that reach no row, by reason; the native streams and clouds keep them all the same."""
     counts: dict[str, int] = {}
     for name, stream in large.items():
-        if getattr(contents, name):
+        if name in contents.large:
             inside = [n for n, stamp in stream.stamps_ns.items() if grid.ticks_ns[0] <= stamp <= grid.ticks_ns[-1]]
             counts[f"{name}: outside the grid"] = len(stream.stamps_ns) - len(inside)
             unserving = sum(n not in stream.episode_ticks for n in inside)
@@ -23,7 +23,7 @@ def dropped_messages(
     for name, time in grid.times.items():
         counts[f"{name}: stamp repeated"] = time.repeated
         counts[f"{name}: no stamp"] = time.unstamped
-        if name not in LARGE:
+        if not is_large(name):
             counts[f"{name}: cannot be decoded"] = found.streams[name].undecodable
     counts |= {f"{name}: cannot be decoded": stream.undecodable for name, stream in found.unreadable.items()}
     return {reason: count for reason, count in counts.items() if count}

@@ -12,7 +12,7 @@ from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.sync import grid_ticks
-from navtool.datasets.streams.table import GRID_STREAMS
+from navtool.datasets.streams.table import grid_streams
 from navtool.pipeline.arrays import Array
 
 MIN_ROWS = 2
@@ -39,7 +39,7 @@ def usable_topics(recording: Recording, robot: RobotConfig) -> TopicMap:
         DatasetsError: No stream can span a grid.
     """
     topics = resolve_topic_map(robot, recording.topics)
-    if not any(stream in topics.streams for stream in GRID_STREAMS):
+    if not grid_streams(topics.streams):
         raise _nothing_usable(recording, topics)
     return topics
 
@@ -51,15 +51,14 @@ def lay_grid(recording: Recording, topics: TopicMap, clocks: Clocks, fps: int) -
         DatasetsError: None does, or the recording is silent for more than an hour.
     """
     spans = []
-    for name in GRID_STREAMS:
-        if name in clocks.header_ns:
-            times = clocks.times(name)
-            stamps = times[name].stamps_ns
-            _refuse_silence(name, times, recording)
-            ticks = _from_first_state(grid_ticks(int(stamps[0]), int(stamps[-1]), fps), times.get("odometry"))
-            if ticks.size >= MIN_ROWS:
-                return Grid(name, times, ticks)
-            spans.append(f"{name} spans {(stamps[-1] - stamps[0]) * 1e-9:.3f} s")
+    for name in grid_streams(clocks.header_ns):
+        times = clocks.times(name)
+        stamps = times[name].stamps_ns
+        _refuse_silence(name, times, recording)
+        ticks = _from_first_state(grid_ticks(int(stamps[0]), int(stamps[-1]), fps), times.get("odometry"))
+        if ticks.size >= MIN_ROWS:
+            return Grid(name, times, ticks)
+        spans.append(f"{name} spans {(stamps[-1] - stamps[0]) * 1e-9:.3f} s")
     if not spans:
         raise _nothing_usable(recording, topics)
     what = f"{', '.join(spans)}: less than two ticks at {fps} Hz"
@@ -69,7 +68,7 @@ def lay_grid(recording: Recording, topics: TopicMap, clocks: Clocks, fps: int) -
 def _refuse_silence(grid_stream: str, times: dict[str, StreamTime], recording: Recording) -> None:
     """A wrong stamp years away would make a grid of years."""
     first_ns, last_ns = times[grid_stream].stamps_ns[[0, -1]]
-    stamps_ns = np.unique(np.concatenate([times[name].stamps_ns for name in GRID_STREAMS if name in times]))
+    stamps_ns = np.unique(np.concatenate([times[name].stamps_ns for name in grid_streams(times)]))
     stamps_ns = stamps_ns[(stamps_ns >= first_ns) & (stamps_ns <= last_ns)]
     pauses_s = np.diff(stamps_ns) * 1e-9
     if pauses_s.size and pauses_s.max() > MOST_PAUSE_S:

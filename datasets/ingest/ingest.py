@@ -15,7 +15,7 @@ from navtool.datasets.ingest.job import Job
 from navtool.datasets.ingest.line import Line
 from navtool.datasets.ingest.natural import expand
 from navtool.datasets.ingest.report import IngestReport
-from navtool.datasets.ingest.settings import refuse_other_settings
+from navtool.datasets.ingest.settings import refuse_other_sensors, refuse_other_settings
 from navtool.datasets.ingest.work import work_of
 from navtool.datasets.recording.identity import size_of
 from navtool.datasets.robot.config import RobotConfig
@@ -59,6 +59,7 @@ def ingest(
     job = Job(robot=robot, config=config, dry_run=dry_run, allow_missing=allow_missing)
     ahead = 1 if workers == 1 else workers + 1
     progress.begin(len(recordings), sum(work.total for _, work in recordings))
+    refuse_other_sensors(robot, config)
     with nullcontext(foresee(out)) if dry_run else open_store(out) as store:
         refuse_other_settings(store, config)
         report.episodes_before = store.episodes

@@ -8,7 +8,7 @@ from jaxtyping import Float32
 
 from navtool.datasets.ingest.segment import Segment, SegmentResult, points_part, video_part
 from navtool.datasets.store.data_file import Column, write_data
-from navtool.datasets.store.schema import CLOUD_SIZE, IMAGE_KEY, POINTS_KEY, Contents, features_of
+from navtool.datasets.store.schema import CLOUD_SIZE, POINTS_KEY, Contents, features_of, image_key
 from navtool.datasets.store.staged_episode import EpisodeFolder, Numbering
 from navtool.datasets.store.stats import CloudStats, ImageStats, Stats, column_stats
 from navtool.datasets.store.video import join_videos
@@ -37,10 +37,12 @@ def join_segments(
     joined = EpisodeFolder(folder, numbering, len(columns["frame_index"]), stats)
     points = [points_part(folder, segment.number) for segment in segments] if contents.lidar else []
     write_data(joined.data, features_of(contents), columns, _pieces(points, on_reached))
-    videos = [video_part(folder, segment.number) for segment in segments] if contents.image else []
-    if videos:
-        join_videos(videos, joined.video, fps)
-    for part in (*points, *videos):
+    for stream in contents.images:
+        videos = [video_part(folder, stream, segment.number) for segment in segments]
+        join_videos(videos, joined.video(image_key(stream)), fps)
+        for part in videos:
+            part.unlink()
+    for part in points:
         part.unlink()
     return joined
 
@@ -53,14 +55,15 @@ def _pieces(points: Sequence[Path], on_reached: Callable[[int], None]) -> Iterat
 
 def _stats(contents: Contents, columns: Mapping[str, Column], results: Sequence[SegmentResult]) -> dict[str, Stats]:
     """Statistics of every column of numbers, of images and of clouds."""
-    images, clouds = ImageStats(), CloudStats()
+    images, clouds = {image_key(stream): ImageStats() for stream in contents.images}, CloudStats()
     for result in results:
-        images.merge(result.images)
         clouds.merge(result.clouds)
+        for stream, found in result.images.items():
+            images[image_key(stream)].merge(found)
     stats = {}
     for key, feature in features_of(contents).items():
-        if key == IMAGE_KEY:
-            stats[key] = images.result()
+        if key in images:
+            stats[key] = images[key].result()
         elif key == POINTS_KEY:
             stats[key] = clouds.result()
         elif feature.dtype != "string":

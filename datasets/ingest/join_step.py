@@ -62,8 +62,11 @@ def _dropped(plan: EpisodePlan, results: Sequence[SegmentResult]) -> dict[str, i
         for name, count in result.undecodable.items():
             key = f"{name}: cannot be decoded"
             dropped[key] = dropped.get(key, 0) + count
-    if nonfinite := sum(result.points_nonfinite for result in results):
-        dropped["lidar points: not finite"] = nonfinite
+    for result in results:
+        for name, count in result.points_nonfinite.items():
+            if count:
+                key = f"{name} points: not finite"
+                dropped[key] = dropped.get(key, 0) + count
     return dropped
 
 

@@ -9,12 +9,11 @@ from jaxtyping import Int64
 from navtool.datasets.ingest.grid import Grid
 from navtool.datasets.store.data_file import Column
 from navtool.datasets.store.schema import Contents
-from navtool.datasets.streams.clock import StreamTime
-from navtool.datasets.streams.config import StreamSync, SyncConfig
+from navtool.datasets.streams.config import SyncConfig
 from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.sync import Match, choose, nearest
-from navtool.datasets.streams.table import LARGE
+from navtool.datasets.streams.table import row_of
 from navtool.pipeline.arrays import Array
 
 
@@ -35,9 +34,9 @@ class LargeStream:
 def large_streams(found: FirstPass, grid: Grid, contents: Contents, sync: SyncConfig) -> dict[str, LargeStream]:
     """The large streams that are read again: those of the rows, and clouds in any case, which are kept whole."""
     return {
-        name: _large(found.streams[name], grid.times[name], grid.ticks_ns, sync.gridded()[name])
-        for name in LARGE
-        if name in found.streams and (getattr(contents, name) or name == "lidar")
+        name: _large(name, stream, grid, sync)
+        for name, stream in found.streams.items()
+        if name in contents.large or row_of(name).name == "lidar"
     }
 
 
@@ -47,16 +46,18 @@ def served_columns(
     """Which ticks a large stream of the rows serves, and how far from them its messages lie."""
     nothing: Array = np.array([], dtype=np.int64)
     columns: dict[str, Column] = {}
-    for name in LARGE:
-        if getattr(contents, name):
-            match = large[name].match if name in large else nearest(nothing, ticks_ns, 1.0)
-            columns[f"valid.{name}"] = match.valid.copy()
-            columns[f"sync.error_s.{name}"] = match.error_s.astype(np.float32)
+    for name in contents.large:
+        match = large[name].match if name in large else nearest(nothing, ticks_ns, 1.0)
+        columns[f"valid.{name}"] = match.valid.copy()
+        columns[f"sync.error_s.{name}"] = match.error_s.astype(np.float32)
     return columns
 
 
-def _large(stream: RecordedStream, time: StreamTime, ticks_ns: Int64[Array, " ticks"], sync: StreamSync) -> LargeStream:
-    match = choose(sync.method, time.stamps_ns, ticks_ns, sync.tolerance_s)
+def _large(name: str, stream: RecordedStream, grid: Grid, config: SyncConfig) -> LargeStream:
+    time, sync = grid.times[name], config.of(name)
+    if sync is None:
+        raise ValueError(f"{name} is not brought onto the grid")
+    match = choose(sync.method, time.stamps_ns, grid.ticks_ns, sync.tolerance_s)
     episode_ticks: dict[int, list[int]] = {}
     for tick in np.flatnonzero(match.valid).tolist():
         episode_ticks.setdefault(int(time.order[match.index[tick]]), []).append(tick)

@@ -32,13 +32,14 @@ class LidarLane(Lane):
 
     def __init__(
         self,
+        stream: str,
         segment: Segment,
         points: BinaryIO | None,
         clouds: CloudFile | None,
         config: IngestConfig,
         beside: Background,
     ) -> None:
-        super().__init__(segment.parts.get("lidar"), segment.ticks, CLOUD_RELIABILITY_KEYS)
+        super().__init__(segment.parts.get(stream), segment.ticks, CLOUD_RELIABILITY_KEYS)
         self.stats = CloudStats()
         self.points_nonfinite = 0
         self.not_deskewed = 0

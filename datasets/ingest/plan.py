@@ -34,6 +34,7 @@ from navtool.datasets.streams.first_pass import FirstPass, first_pass
 from navtool.datasets.streams.motion import Motion
 from navtool.datasets.streams.odometry_heading import heading_notes
 from navtool.datasets.streams.small_streams import small_streams
+from navtool.datasets.streams.table import of_kind, sensor_of
 from navtool.datasets.streams.timed_stream import motion_of
 from navtool.pipeline.arrays import Array
 
@@ -119,7 +120,16 @@ def _calibration(robot: RobotConfig, found: FirstPass) -> tuple[Calibration, tup
     """The episode's geometry, and the static transforms that were published with different values."""
     transforms, changed = latest_transforms(found.transforms)
     frames = {name: stream.frame_id for name, stream in found.streams.items()}
-    topic, images = found.topics.topic_of("image"), found.streams.get("image")
-    native_size = None if images is None else images.native_size
-    wanted = None if topic is None else CameraImages(topic, native_size, (IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX))
-    return calibrate(robot, RecordedGeometry(frames, transforms, found.camera_info), wanted), changed
+    infos = {sensor_of(stream): info for stream, info in found.camera_infos.items()}
+    first = infos.pop("", None)
+    return calibrate(robot, RecordedGeometry(frames, transforms, first, infos), _images(found)), changed
+
+
+def _images(found: FirstPass) -> dict[str, CameraImages]:
+    """The pictures of each camera."""
+    images = {}
+    for stream in of_kind("image", found.topics.streams):
+        seen = found.streams.get(stream)
+        native_size, row_size = None if seen is None else seen.native_size, (IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX)
+        images[stream] = CameraImages(found.topics.streams[stream], native_size, row_size)
+    return images

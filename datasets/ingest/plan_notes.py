@@ -6,6 +6,7 @@ from navtool.datasets.recording import Recording
 from navtool.datasets.robot.calibration import Calibration
 from navtool.datasets.robot.gravity import odd_gravity
 from navtool.datasets.streams.first_pass import FirstPass
+from navtool.datasets.streams.table import of_kind, row_of, sensor_of
 from navtool.datasets.streams.timed_stream import TimedStream
 
 
@@ -57,12 +58,16 @@ def deskew_notes(small: Mapping[str, TimedStream], *, wanted: bool) -> list[str]
 
 def _calibration_notes(found: FirstPass, calibration: Calibration) -> list[str]:
     notes = [f"{topic}: cannot be used: {fault}" for topic, fault in found.faults.items()]
-    if "image" in found.streams and calibration.camera is None:
-        notes.append("camera: no CameraInfo and none in the robot's configuration; trajectory images cannot be made")
+    for stream in of_kind("image", found.streams):
+        if calibration.camera_of(stream) is None:
+            camera = f"camera.{sensor_of(stream)}" if sensor_of(stream) else "camera"
+            lost = "its images cannot be projected" if sensor_of(stream) else "trajectory images cannot be made"
+            notes.append(f"{camera}: no CameraInfo and none in the robot's configuration; {lost}")
     for sensor, pose in calibration.poses().items():
         stated = sensor != "odometry" or bool(found.streams[sensor].frame_id) if sensor in found.streams else False
         if stated and pose is None:
             frame = found.streams[sensor].frame_id or "(none)"
-            kept = "its pose stays unknown" if sensor == "image" else "its axes are taken for the base frame's"
+            unknown = row_of(sensor).name == "image" or sensor_of(sensor)
+            kept = "its pose stays unknown" if unknown else "its axes are taken for the base frame's"
             notes.append(f"{sensor}: no transform from the base frame to {frame} and no mounting configured; {kept}")
     return notes

@@ -13,6 +13,7 @@ from navtool.datasets.ingest.large_stream import LargeStream
 from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.store.stats import CloudStats, ImageStats
 from navtool.datasets.streams.motion import Motion
+from navtool.datasets.streams.table import sensor_of
 from navtool.pipeline.arrays import Array
 
 TICKS_PER_SEGMENT = 512
@@ -51,8 +52,8 @@ class Segment:
     end_ns: int
     """Record time of the last one."""
     parts: dict[str, StreamPart]
-    image: bool
-    lidar: bool
+    in_rows: tuple[str, ...]
+    """Streams of images and clouds that the rows have."""
     base_lidar: Float64[Array, "4 4"] | None
     sound: bool
     """Whether the first pass read the recording through without a fault."""
@@ -69,16 +70,18 @@ class SegmentResult:
     lost: dict[str, list[int]] = field(default_factory=dict)
     """Ticks, by stream, whose message cannot be decoded or never came."""
     undecodable: dict[str, int] = field(default_factory=dict)
-    points_nonfinite: int = 0
+    points_nonfinite: dict[str, int] = field(default_factory=dict)
+    """Points, by LiDAR, that were dropped since their coordinates are not finite."""
     not_deskewed: int = 0
     """Clouds that were to be compensated for the robot's motion and could not be."""
-    images: ImageStats = field(default_factory=ImageStats)
+    images: dict[str, ImageStats] = field(default_factory=dict)
+    """By camera."""
     clouds: CloudStats = field(default_factory=CloudStats)
 
 
-def video_part(folder: Path, segment: int) -> Path:
-    """The segment's frames as a video."""
-    return folder / f"video-{segment:05d}.mp4"
+def video_part(folder: Path, stream: str, segment: int) -> Path:
+    """The segment's images of a camera as a video."""
+    return folder / f"{stream}-{segment:05d}.mp4"
 
 
 def points_part(folder: Path, segment: int) -> Path:
@@ -86,14 +89,14 @@ def points_part(folder: Path, segment: int) -> Path:
     return folder / f"points-{segment:05d}.f32"
 
 
-def clouds_part(folder: Path, segment: int) -> Path:
-    """The whole clouds of the segment's portion of the recording."""
-    return folder / "episode" / "clouds" / f"part-{segment:05d}.parquet"
+def clouds_part(folder: Path, stream: str, segment: int) -> Path:
+    """The whole clouds of a LiDAR in the segment's portion of the recording."""
+    return folder / "episode" / "clouds" / sensor_of(stream) / f"part-{segment:05d}.parquet"
 
 
 def cut_segments(plan: EpisodePlan) -> list[Segment]:
     """The segments of an episode; none where neither its rows nor its recording have images or clouds."""
-    if not (plan.large or plan.contents.image or plan.contents.lidar):
+    if not (plan.large or plan.contents.large):
         return []
     total = int(plan.ticks_ns.size)
     count = -(-total // TICKS_PER_SEGMENT)
@@ -125,8 +128,7 @@ def _segment(
             name: _part(plan.large[name], (start_ns, end_ns), first_tick, ticks, *cut[number])
             for name, cut in parts.items()
         },
-        image=plan.contents.image,
-        lidar=plan.contents.lidar,
+        in_rows=plan.contents.large,
         base_lidar=plan.calibration.base_lidar,
         sound=not plan.faults,
         motion=None if plan.motion is None else _motion(plan.motion, plan.large.get("lidar"), needed.get("lidar", [])),

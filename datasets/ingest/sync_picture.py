@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from navtool.base.pages.svg import Axes, bar, polyline, svg_file, text
 from navtool.datasets.store.data_file import Column
-from navtool.datasets.streams.table import STREAMS
+from navtool.datasets.streams.table import in_rows
 from navtool.pipeline.arrays import Array
 
 _WIDTH, _LEFT, _RIGHT = 1000, 150, 190
@@ -52,7 +52,7 @@ def _lane(name: str, stream: dict[str, Any], columns: dict[str, Column], lane: A
         text(right, second, served, "dim"),
         lane.frame(),
     ]
-    column = STREAMS[name].in_rows
+    column = in_rows(name)
     valid = columns.get(f"valid.{column}")
     if valid is not None:
         errors = np.abs(columns[f"sync.error_s.{column}"]) / stream["tolerance_s"]

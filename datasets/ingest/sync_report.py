@@ -12,7 +12,7 @@ from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.config import StreamSync, SyncConfig
 from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.sync import Method
-from navtool.datasets.streams.table import STREAMS
+from navtool.datasets.streams.table import in_rows
 from navtool.pipeline.arrays import Array
 
 GAPS_SHOWN = 20
@@ -32,7 +32,7 @@ def sync_report(
     """
     streams, start_ns = {}, int(grid.ticks_ns[0])
     for name, time in grid.times.items():
-        sync, column = config.gridded().get(name), STREAMS[name].in_rows
+        sync, column = config.of(name), in_rows(name)
         valid = columns.get(f"valid.{column}")
         errors = np.abs(columns[f"sync.error_s.{column}"][valid]) if valid is not None else np.zeros(0)
         header_ns, record_ns = clocks.header_ns[name], clocks.record_ns[name]

@@ -1,6 +1,6 @@
 """Second pass over a recording, one segment of it: frames and clouds read, judged, made small and written."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from navtool.datasets.recording import Recording
 from navtool.datasets.recording.changed import changed_meanwhile
 from navtool.datasets.store.sidecar import CloudFile
 from navtool.datasets.store.video import VideoWriter
+from navtool.datasets.streams.table import row_of
 
 
 def write_segment(
@@ -26,7 +27,7 @@ def write_segment(
 
     Reliabilities are computed from the raw frame and the raw cloud, before any resizing, thinning or encoding. A
     message that cannot be decoded leaves its ticks without it and is counted. Memory does not grow with the length.
-    Frames are worked on in a thread of their own, beside the clouds.
+    Images are worked on in a thread of their own, beside the clouds.
 
     Args:
         folder: The episode's staged folder.
@@ -40,10 +41,7 @@ def write_segment(
         # The thread beside is left before any file that it writes to is closed, whatever happens here.
         files = stack.enter_context(ExitStack())
         beside = stack.enter_context(Background())
-        camera = _camera_lane(segment, config, folder, files) if segment.image else None
-        lidar = (
-            _lidar_lane(segment, config, folder, files, beside) if segment.lidar or "lidar" in segment.parts else None
-        )
+        lanes = _lanes(segment, config, folder, files, beside)
         if segment.end_ns >= segment.start_ns:
             topics = {part.topic: name for name, part in segment.parts.items()}
             position = {name: part.first for name, part in segment.parts.items()}
@@ -52,49 +50,60 @@ def write_segment(
                 name = topics[raw.topic]
                 if next(expected[name], None) != raw.record_ns:
                     raise changed_meanwhile(recording.path)
-                if name == "image" and camera is not None:
-                    beside.call(camera.take, recording, raw, position[name])
-                elif name == "lidar" and lidar is not None:
-                    lidar.take(recording, raw, position[name])
+                lane = lanes[name]
+                if isinstance(lane, CameraLane):
+                    beside.call(lane.take, recording, raw, position[name])
+                else:
+                    lane.take(recording, raw, position[name])
                 position[name] += 1
                 if on_reached is not None:
                     on_reached(raw.record_ns)
             if any(next(left, None) is not None for left in expected.values()):
                 raise changed_meanwhile(recording.path)
-        if camera is not None:
-            beside.call(camera.finish)
-        if lidar is not None:
-            lidar.finish()
-    return _result(segment, camera, lidar)
+        for lane in lanes.values():
+            if isinstance(lane, CameraLane):
+                beside.call(lane.finish)
+            else:
+                lane.finish()
+    return _result(segment, lanes)
 
 
-def _camera_lane(segment: Segment, config: IngestConfig, folder: Path, files: ExitStack) -> CameraLane:
-    video = files.enter_context(VideoWriter(video_part(folder, segment.number), config.fps))
-    return CameraLane(segment.parts.get("image"), segment.ticks, video, config.image_reliability)
+def _lanes(
+    segment: Segment, config: IngestConfig, folder: Path, files: ExitStack, beside: Background
+) -> dict[str, CameraLane | LidarLane]:
+    """A lane for each stream that the rows have or that the recording has."""
+    lanes: dict[str, CameraLane | LidarLane] = {}
+    for stream in dict.fromkeys((*segment.in_rows, *segment.parts)):
+        if row_of(stream).name == "image":
+            video = files.enter_context(VideoWriter(video_part(folder, stream, segment.number), config.fps))
+            lanes[stream] = CameraLane(stream, segment, video, config.image_reliability)
+        else:
+            lanes[stream] = _lidar_lane(stream, segment, config, folder, files, beside)
+    return lanes
 
 
 def _lidar_lane(
-    segment: Segment, config: IngestConfig, folder: Path, files: ExitStack, beside: Background
+    stream: str, segment: Segment, config: IngestConfig, folder: Path, files: ExitStack, beside: Background
 ) -> LidarLane:
-    points = files.enter_context(points_part(folder, segment.number).open("wb")) if segment.lidar else None
-    there = "lidar" in segment.parts
-    clouds = files.enter_context(CloudFile(clouds_part(folder, segment.number))) if there else None
-    return LidarLane(segment, points, clouds, config, beside)
+    wanted, there = stream in segment.in_rows, stream in segment.parts
+    points = files.enter_context(points_part(folder, segment.number).open("wb")) if wanted else None
+    clouds = files.enter_context(CloudFile(clouds_part(folder, stream, segment.number))) if there else None
+    return LidarLane(stream, segment, points, clouds, config, beside)
 
 
-def _result(segment: Segment, camera: CameraLane | None, lidar: LidarLane | None) -> SegmentResult:
+def _result(segment: Segment, lanes: Mapping[str, CameraLane | LidarLane]) -> SegmentResult:
     result = SegmentResult()
-    for name, lane in (("image", camera), ("lidar", lidar)):
-        if lane is not None:
-            if getattr(segment, name):
-                result.columns |= lane.columns
-                if lane.lost:
-                    result.lost[name] = lane.lost
-            if lane.undecodable:
-                result.undecodable[name] = lane.undecodable
-    if camera is not None:
-        result.images = camera.stats
-    if lidar is not None:
-        result.clouds = lidar.stats
-        result.points_nonfinite, result.not_deskewed = lidar.points_nonfinite, lidar.not_deskewed
+    for name, lane in lanes.items():
+        if name in segment.in_rows:
+            result.columns |= lane.columns
+            if lane.lost:
+                result.lost[name] = lane.lost
+        if lane.undecodable:
+            result.undecodable[name] = lane.undecodable
+        if isinstance(lane, CameraLane):
+            result.images[name] = lane.stats
+        else:
+            result.points_nonfinite[name] = lane.points_nonfinite
+            if name in segment.in_rows:
+                result.clouds, result.not_deskewed = lane.stats, lane.not_deskewed
     return result

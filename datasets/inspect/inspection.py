@@ -10,8 +10,9 @@ import numpy as np
 from navtool.base.errors import DatasetsError
 from navtool.base.plain import plain_fields
 from navtool.datasets.recording import Recording, Topic, open_recording
-from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.robot.config import FurtherCamera, FurtherLidar, RobotConfig
 from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
+from navtool.datasets.streams.table import of_kind, sensor_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,12 +64,22 @@ class Inspection:
 
 
 def robot_from(base: RobotConfig, inspection: Inspection) -> RobotConfig:
-    """The robot with the topics that the inspection found, to save and to edit.
+    """The robot with the topics that the inspection found, to save and to edit, further cameras and LiDARs too.
 
     A stream that the recording lacks keeps the base's candidates: other recordings of the robot may have it.
     """
-    found = {stream: [topic] for stream, topic in inspection.topic_map.streams.items()}
-    return replace(base, topics=replace(base.topics, **found))
+    read = inspection.topic_map.streams
+    first = {stream: [topic] for stream, topic in read.items() if not sensor_of(stream)}
+    found = dict(inspection.topic_map.further) | dict(read)
+    cameras, lidars = dict(base.cameras), dict(base.lidars)
+    for stream in of_kind("image", found):
+        if name := sensor_of(stream):
+            known = cameras.get(name, FurtherCamera(topics=[found[stream]]))
+            cameras[name] = replace(known, topics=[found[stream]])
+    for stream in of_kind("lidar", found):
+        if name := sensor_of(stream):
+            lidars[name] = replace(lidars.get(name, FurtherLidar(topics=[found[stream]])), topics=[found[stream]])
+    return replace(base, topics=replace(base.topics, **first), cameras=cameras, lidars=lidars)
 
 
 @dataclass(slots=True)

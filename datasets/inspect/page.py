@@ -11,6 +11,7 @@ from navtool.base.pages.html import html_figure, html_page
 from navtool.base.pages.svg import Axes, bar, dot, polyline, svg_inside, text
 from navtool.datasets.inspect.inspection import Inspection, TopicReport
 from navtool.datasets.inspect.samples import Cloud, Samples
+from navtool.datasets.streams.table import sensor_of
 from navtool.pipeline.arrays import Array
 
 
@@ -32,11 +33,13 @@ def recording_page(inspection: Inspection, samples: Samples) -> str:
         "<h2>Topics</h2>",
         _topics(inspection),
     ]
-    if samples.frames:
-        figures = (html_figure(frame.jpeg, "jpeg", f"{frame.at_s:.1f} s") for frame in samples.frames)
-        parts += ["<h2>Front camera</h2>", f'<div class="row">{"".join(figures)}</div>']
-    if samples.cloud is not None:
-        parts += ["<h2>LiDAR</h2>", _cloud(samples.cloud)]
+    for stream in dict.fromkeys(frame.stream for frame in samples.frames):
+        shown = [frame for frame in samples.frames if frame.stream == stream]
+        figures = (html_figure(frame.jpeg, "jpeg", f"{frame.at_s:.1f} s") for frame in shown)
+        title = f"Camera {sensor_of(stream)}" if sensor_of(stream) else "Front camera"
+        parts += [f"<h2>{title}</h2>", f'<div class="row">{"".join(figures)}</div>']
+    for stream, cloud in samples.clouds.items():
+        parts += [f"<h2>{f'LiDAR {sensor_of(stream)}'.rstrip()}</h2>", _cloud(cloud)]
     if len(samples.path) > 1:
         parts += ["<h2>Path driven</h2>", _path(samples.path), "<h2>Speed along it</h2>", _speed(samples.path)]
     return html_page(name, parts)
@@ -46,6 +49,10 @@ def _streams(inspection: Inspection) -> str:
     rows = [
         f"<tr><td>{stream}</td><td><code>{escape(topic)}</code></td></tr>"
         for stream, topic in inspection.topic_map.streams.items()
+    ]
+    rows += [
+        f"<tr><td>(could be {stream})</td><td><code>{escape(topic)}</code></td></tr>"
+        for stream, topic in inspection.topic_map.further.items()
     ]
     rows += [f"<tr><td>transforms</td><td><code>{escape(t)}</code></td></tr>" for t in inspection.topic_map.transforms]
     notes = "".join(f'<p class="dim">{escape(note)}</p>' for note in inspection.topic_map.notes)

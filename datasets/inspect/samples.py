@@ -12,7 +12,7 @@ from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.messages import ImageFrame, OdometrySample, PointCloud, PoseSample
 from navtool.datasets.inspect.inspection import Inspection
 from navtool.datasets.recording import RawMessage, Recording, open_recording
-from navtool.datasets.streams.table import LARGE
+from navtool.datasets.streams.table import is_large
 from navtool.pipeline.arrays import Array
 
 _MOST_BINS = 240
@@ -24,8 +24,9 @@ _REACH_M = 30.0
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A camera frame as a small JPEG."""
+    """A camera's image as a small JPEG."""
 
+    stream: str
     at_s: float
     jpeg: bytes
 
@@ -47,7 +48,8 @@ class Samples:
     density: dict[str, Int64[Array, " bins"]]
     """Messages of each topic in each portion of time, by time of record; half a second each, or longer."""
     frames: list[Frame] = field(default_factory=list)
-    cloud: Cloud | None = None
+    clouds: dict[str, Cloud] = field(default_factory=dict)
+    """One of each LiDAR, by stream."""
     path: Float64[Array, "n 3"] = field(default_factory=lambda: np.zeros((0, 3)))
     """Seconds, x and y of the odometry."""
     faults: list[str] = field(default_factory=list)
@@ -64,7 +66,7 @@ def take_samples(path: Path, inspection: Inspection, on_read: Callable[[int], No
     span_ns = max(inspection.end_ns - inspection.start_ns, 1)
     bins = int(np.clip(span_ns * 1e-9 * _BINS_PER_S, 8, _MOST_BINS))
     samples = Samples({topic.name: np.zeros(bins, dtype=np.int64) for topic in inspection.topics if topic.count})
-    kept: dict[str, dict[int, RawMessage]] = {name: {} for name in LARGE if name in streams}
+    kept: dict[str, dict[int, RawMessage]] = {name: {} for name in streams if is_large(name)}
     of_topic = {streams[name]: name for name in kept}
     odometry = streams.get("odometry")
     counts = {topic.name: topic.count for topic in inspection.topics}
@@ -103,7 +105,7 @@ def _pose(recording: Recording, raw: RawMessage, at_s: float, samples: Samples) 
 
 
 def _decode_kept(recording: Recording, kept: dict[str, dict[int, RawMessage]], start_ns: int, samples: Samples) -> None:
-    for shown in kept.values():
+    for stream, shown in kept.items():
         for raw in {id(raw): raw for _, raw in sorted(shown.items())}.values():
             at_s = (raw.record_ns - start_ns) * 1e-9
             try:
@@ -112,9 +114,9 @@ def _decode_kept(recording: Recording, kept: dict[str, dict[int, RawMessage]], s
                 samples.faults.append(f"{raw.topic}: {error.what}")
                 continue
             if isinstance(sample, ImageFrame):
-                samples.frames.append(Frame(at_s, _jpeg(sample.rgb)))
-            elif isinstance(sample, PointCloud) and samples.cloud is None and len(sample.xyz):
-                samples.cloud = _cloud(sample, at_s)
+                samples.frames.append(Frame(stream, at_s, _jpeg(sample.rgb)))
+            elif isinstance(sample, PointCloud) and stream not in samples.clouds and len(sample.xyz):
+                samples.clouds[stream] = _cloud(sample, at_s)
 
 
 def _jpeg(rgb: UInt8[Array, "h w 3"]) -> bytes:

@@ -1,19 +1,19 @@
 """Where the sensors sit on the robot and how its camera projects: worked out at ingest, stored, read back."""
 
 import json
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
 
 from navtool.base.errors import DatasetsError
 from navtool.base.plain import plain
-from navtool.datasets.decode.messages import CameraInfoSample
 from navtool.datasets.robot.config import RobotConfig
-from navtool.datasets.robot.recorded_geometry import RecordedGeometry, camera_from_json
-from navtool.datasets.streams.table import POSED, STREAMS
+from navtool.datasets.robot.recorded_geometry import RecordedGeometry, TransformTree, camera_from_json
+from navtool.datasets.streams.table import POSED, STREAMS, row_of, sensor_of
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
@@ -34,6 +34,38 @@ class CameraImages(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
+class SensorGeometry:
+    """Geometry of a further camera or LiDAR.
+
+    Attributes:
+        pose: Pose of its frame, of a camera the optical one, in the base frame; None where it is unknown.
+        camera: The camera at the data set's 320x240 pixels; None where it is unknown, and for a LiDAR.
+    """
+
+    pose: Float64[Array, "4 4"] | None
+    camera: CameraModel | None = None
+
+    def to_json(self, stream: str) -> dict[str, object]:
+        """As plain JSON values, named as those of the first sensor are."""
+        pose = {row_of(stream).pose: None if self.pose is None else self.pose.tolist()}
+        return pose if row_of(stream).name == "lidar" else {"camera": plain(self.camera)} | pose
+
+    @classmethod
+    def from_json(cls, stream: str, content: Mapping[str, Any]) -> "SensorGeometry":
+        """What ``to_json`` wrote.
+
+        Raises:
+            KeyError, TypeError, ValueError: It is something else.
+        """
+        camera = content.get("camera")
+        return cls(_matrix(content[row_of(stream).pose]), None if camera is None else camera_from_json(camera))
+
+
+def _matrix(content: Any) -> Float64[Array, "4 4"] | None:
+    return None if content is None else np.array(content, dtype=np.float64).reshape(4, 4)
+
+
+@dataclass(frozen=True, slots=True)
 class Calibration:
     """One episode's geometry.
 
@@ -47,6 +79,7 @@ class Calibration:
         robot_width_m: Width of the swath the robot drives over.
         sources: Where each of these came from, by name, in words.
         recorded: What the recording itself says: frames, static transforms, the camera at its own resolution.
+        further: Geometry of further cameras and LiDARs, by their streams: ``image.rear``.
     """
 
     camera: CameraModel | None
@@ -58,13 +91,16 @@ class Calibration:
     robot_width_m: float
     sources: dict[str, str]
     recorded: RecordedGeometry
+    further: Mapping[str, SensorGeometry] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, object]:
         """The content of ``calibration.json``."""
-        poses = {STREAMS[stream].pose: None if pose is None else pose.tolist() for stream, pose in self.poses().items()}
+        poses = {name: getattr(self, name) for name in (STREAMS[stream].pose for stream in POSED)}
+        further = {stream: geometry.to_json(stream) for stream, geometry in self.further.items()}
         return {
             "camera": plain(self.camera),
-            **poses,
+            **{name: None if pose is None else pose.tolist() for name, pose in poses.items()},
+            **({"further": further} if further else {}),
             "base_height_m": self.base_height_m,
             "robot_width_m": self.robot_width_m,
             "sources": self.sources,
@@ -72,8 +108,15 @@ class Calibration:
         }
 
     def poses(self) -> dict[str, Float64[Array, "4 4"] | None]:
-        """The sensors' poses in the base frame, by stream."""
-        return {stream: getattr(self, STREAMS[stream].pose) for stream in POSED}
+        """The sensors' poses in the base frame, by stream; those of further sensors at the end."""
+        first = {stream: getattr(self, STREAMS[stream].pose) for stream in POSED}
+        return first | {stream: geometry.pose for stream, geometry in self.further.items()}
+
+    def camera_of(self, stream: str) -> CameraModel | None:
+        """The camera of a stream at the data set's 320x240 pixels; None where it is unknown."""
+        if not sensor_of(stream):
+            return self.camera
+        return self.further[stream].camera if stream in self.further else None
 
 
 def read_calibration(path: Path) -> Calibration:
@@ -85,10 +128,8 @@ def read_calibration(path: Path) -> Calibration:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         camera = content["camera"]
-        matrices = {
-            name: None if content[name] is None else np.array(content[name], dtype=np.float64).reshape(4, 4)
-            for name in (STREAMS[stream].pose for stream in POSED)
-        }
+        matrices = {name: _matrix(content[name]) for name in (STREAMS[stream].pose for stream in POSED)}
+        further = {name: SensorGeometry.from_json(name, x) for name, x in content.get("further", {}).items()}
         return Calibration(
             camera=None if camera is None else camera_from_json(camera),
             **matrices,
@@ -96,56 +137,75 @@ def read_calibration(path: Path) -> Calibration:
             robot_width_m=float(content["robot_width_m"]),
             sources=dict(content["sources"]),
             recorded=RecordedGeometry.from_json(content["recorded"]),
+            further=further,
         )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise DatasetsError(f"is not a calibration ({error})", where=path, cure="ingest the recording again") from error
 
 
-def calibrate(robot: RobotConfig, recorded: RecordedGeometry, images: CameraImages | None) -> Calibration:
+def calibrate(robot: RobotConfig, recorded: RecordedGeometry, images: Mapping[str, CameraImages]) -> Calibration:
     """Put together what the recording and the robot's configuration say; what neither says stays None.
 
     Args:
-        images: None where no camera model is wanted.
+        images: By stream; empty where no camera model is wanted.
     """
     sources: dict[str, str] = {}
-    camera = None if images is None else _camera(robot, recorded.camera_info, images, sources)
+    cameras = {stream: _camera(robot, recorded, stream, seen, sources) for stream, seen in images.items()}
     tree = recorded.tree
-    poses: dict[str, Float64[Array, "4 4"] | None] = {}
-    for sensor in POSED:
-        name = STREAMS[sensor].pose
-        frame = recorded.frames.get(sensor, "")
-        pose = tree.pose(robot.base_frame, frame) if frame else None
-        if pose is not None:
-            sources[name] = f"tf_static: {tree.frame(robot.base_frame)} -> {tree.frame(frame)}"
-        elif sensor in robot.mounting:
-            mounting = robot.mounting[sensor]
-            pose = transform_from_xyz_rpy(np.array(mounting.xyz_m), np.array(mounting.rpy_rad))
-            sources[name] = f"robot {robot.name}: mounting.{sensor}"
-        poses[name] = pose
+    further = [stream for stream in recorded.frames if sensor_of(stream) and row_of(stream).pose]
+    poses = {stream: _pose(robot, recorded, tree, stream, sources) for stream in (*POSED, *further)}
     footprint = tree.pose(FOOTPRINT_FRAME, robot.base_frame)
     if footprint is not None:
         height, sources["base_height_m"] = float(footprint[2, 3]), f"tf_static: {FOOTPRINT_FRAME} -> {robot.base_frame}"
     else:
         height, sources["base_height_m"] = robot.base_height_m, f"robot {robot.name}: base_height_m"
     return Calibration(
-        camera=camera, **poses, base_height_m=height, robot_width_m=robot.width_m, sources=sources, recorded=recorded
+        camera=cameras.get("image"),
+        **{STREAMS[stream].pose: poses[stream] for stream in POSED},
+        base_height_m=height,
+        robot_width_m=robot.width_m,
+        sources=sources,
+        recorded=recorded,
+        further={stream: SensorGeometry(poses[stream], cameras.get(stream)) for stream in further},
     )
 
 
+def _named(what: str, stream: str) -> str:
+    """A part of the calibration as ``sources`` calls it: ``camera``, ``camera.rear``."""
+    sensor = sensor_of(stream)
+    return f"{what}.{sensor}" if sensor else what
+
+
+def _pose(
+    robot: RobotConfig, recorded: RecordedGeometry, tree: TransformTree, stream: str, sources: dict[str, str]
+) -> Float64[Array, "4 4"] | None:
+    name, frame = _named(row_of(stream).pose, stream), recorded.frames.get(stream, "")
+    pose = tree.pose(robot.base_frame, frame) if frame else None
+    if pose is not None:
+        sources[name] = f"tf_static: {tree.frame(robot.base_frame)} -> {tree.frame(frame)}"
+        return pose
+    key, mounting = robot.mounting_of(stream)
+    if mounting is None:
+        return None
+    sources[name] = f"robot {robot.name}: {key}"
+    return transform_from_xyz_rpy(np.array(mounting.xyz_m), np.array(mounting.rpy_rad))
+
+
 def _camera(
-    robot: RobotConfig, info: CameraInfoSample | None, images: CameraImages, sources: dict[str, str]
+    robot: RobotConfig, recorded: RecordedGeometry, stream: str, images: CameraImages, sources: dict[str, str]
 ) -> CameraModel | None:
+    name, info = _named("camera", stream), recorded.info_of(sensor_of(stream))
+    key, fallback = robot.camera_of(stream)
     if info is not None and info.camera.fx > 0:
         model = info.camera
-        sources["camera"] = "the recording's CameraInfo"
+        sources[name] = "the recording's CameraInfo"
         if "rect" in images.topic.removesuffix("/compressed").rsplit("/", 1)[-1]:
-            p, name = info.projection, "projection matrix"
+            p, matrix = info.projection, "projection matrix"
             if not (p[0, 0] > 0 and p[1, 1] > 0):
-                p, name = model.matrix(), "intrinsic matrix (it has no projection matrix)"
+                p, matrix = model.matrix(), "intrinsic matrix (it has no projection matrix)"
             model = CameraModel(model.width, model.height, p[0, 0], p[1, 1], p[0, 2], p[1, 2], "none", ())
-            sources["camera"] += f", {name} of the rectified image"
-    elif robot.camera is not None:
-        fallback = robot.camera
+            sources[name] += f", {matrix} of the rectified image"
+    elif fallback is not None:
         model = CameraModel(
             fallback.width,
             fallback.height,
@@ -156,10 +216,10 @@ def _camera(
             fallback.distortion_model,
             tuple(fallback.distortion),
         )
-        sources["camera"] = f"robot {robot.name}: camera"
+        sources[name] = f"robot {robot.name}: {key}"
     else:
         return None
     if images.native_size is not None and images.native_size != (model.width, model.height):
-        calibrated, recorded = f"{model.width}x{model.height}", f"{images.native_size[0]}x{images.native_size[1]}"
-        sources["camera"] += f", calibrated at {calibrated}, recorded at {recorded}"
+        seen = f"{images.native_size[0]}x{images.native_size[1]}"
+        sources[name] += f", calibrated at {model.width}x{model.height}, recorded at {seen}"
     return model.scaled_to(*images.row_size)

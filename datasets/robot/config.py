@@ -8,8 +8,9 @@ import yaml
 
 from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import from_plain
-from navtool.base.plain import plain
-from navtool.datasets.streams.table import POSED
+from navtool.base.plain import LEFT_OUT_WHILE_EMPTY, plain
+from navtool.base.yaml_text import load_yaml
+from navtool.datasets.streams.table import FRONT, POSED, SENSOR_NAME, STREAMS, further, in_order, row_of, sensor_of
 
 NO_TOPIC = "none"
 """As the only candidate of a stream: the robot's recordings have this topic, but it is not wanted."""
@@ -20,6 +21,8 @@ _DISTORTION_LENGTHS = {"none": (0,), "plumb_bob": (4, 5), "rational_polynomial":
 @dataclass(kw_only=True, slots=True)
 class TopicCandidates:
     """Topic names per stream, best first; the first one that the recording has with messages is taken.
+
+    They are of the first camera and LiDAR; further ones stand under ``cameras`` and ``lidars``.
 
     A name with a leading slash is matched whole; ``platform/odom`` without one matches in any namespace.
     An empty list means that a topic is proposed from the types and names; ``[none]`` leaves the stream out.
@@ -48,10 +51,7 @@ class TopicCandidates:
     def __post_init__(self) -> None:
         for entry in fields(self):
             names: list[str] = getattr(self, entry.name)
-            if any(not name.strip("/ ") for name in names):
-                raise DatasetsError(
-                    f"an empty topic name in {names}", where=f"topics.{entry.name}", cure="remove it, or name a topic"
-                )
+            _refuse_empty(names, f"topics.{entry.name}")
             if NO_TOPIC in names and len(names) > 1:
                 raise DatasetsError(
                     f"'{NO_TOPIC}' stands beside topics in {names}",
@@ -60,9 +60,14 @@ class TopicCandidates:
                 )
 
 
+def _refuse_empty(names: list[str], where: str) -> None:
+    if any(not name.strip("/ ") for name in names):
+        raise DatasetsError(f"an empty topic name in {names}", where=where, cure="remove it, or name a topic")
+
+
 @dataclass(kw_only=True, slots=True)
 class CameraFallback:
-    """Calibration of the front camera, used only where a recording has no CameraInfo."""
+    """Calibration of a camera, used only where a recording has no CameraInfo of it."""
 
     width: int
     """Width of the calibrated image in pixels."""
@@ -128,6 +133,38 @@ class Mounting:
 
 
 @dataclass(kw_only=True, slots=True)
+class FurtherSensor:
+    """A sensor beside the first one of its kind."""
+
+    topics: list[str]
+    """Candidate topics, best first; it is never proposed."""
+    mounting: Mounting | None = None
+    """Pose where tf has no path to the base frame."""
+
+    def __post_init__(self) -> None:
+        if not self.topics or NO_TOPIC in self.topics:
+            raise DatasetsError(
+                f"{self.topics} names no topic", where="topics", cure="name its topic, or remove the sensor"
+            )
+        _refuse_empty(self.topics, "topics")
+
+
+@dataclass(kw_only=True, slots=True)
+class FurtherCamera(FurtherSensor):
+    """A camera beside the front camera."""
+
+    camera_info: list[str] = field(default_factory=list)
+    """Candidate topics of its CameraInfo; empty takes the one in its images' namespace."""
+    calibration: CameraFallback | None = None
+    """Calibration where a recording has none of this camera."""
+
+
+@dataclass(kw_only=True, slots=True)
+class FurtherLidar(FurtherSensor):
+    """A LiDAR beside the first one; its clouds are kept whole, beside the rows."""
+
+
+@dataclass(kw_only=True, slots=True)
 class JoyCommand:
     """How a joystick (sensor_msgs/Joy) asks for a velocity, where the recording has no commands but its axes."""
 
@@ -190,6 +227,10 @@ class RobotConfig:
     """Calibration where a recording has none; None leaves such recordings without one."""
     mounting: dict[str, Mounting] = field(default_factory=dict)
     """Poses by ``image``, ``lidar``, ``imu`` or ``odometry`` (its child) where tf has no path to the base frame."""
+    cameras: dict[str, FurtherCamera] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
+    """Further cameras by name, such as ``rear``."""
+    lidars: dict[str, FurtherLidar] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
+    """Further LiDARs by name."""
 
     def __post_init__(self) -> None:
         if not self.name.strip():
@@ -229,6 +270,39 @@ class RobotConfig:
             raise DatasetsError(
                 f"unknown sensors {', '.join(unknown)}", where="mounting", cure=f"known are {', '.join(POSED)}"
             )
+        for group, names in (("cameras", self.cameras), ("lidars", self.lidars)):
+            for name in names:
+                if not SENSOR_NAME.fullmatch(name) or (group, name) == ("cameras", FRONT):
+                    raise DatasetsError(
+                        f"a sensor cannot be called {name!r}",
+                        where=group,
+                        cure="use small letters, digits and _, a letter first; the first camera alone is 'front'",
+                    )
+
+    def candidates(self) -> dict[str, list[str]]:
+        """Candidate topics by stream, in the order of the stream table, a further sensor's behind the first one's."""
+        topics: dict[str, list[str]] = {stream: getattr(self.topics, stream) for stream in STREAMS}
+        for name, camera in self.cameras.items():
+            topics[further("image", name)] = camera.topics
+            topics[further("camera_info", name)] = camera.camera_info
+        topics |= {further("lidar", name): lidar.topics for name, lidar in self.lidars.items()}
+        return {stream: topics[stream] for stream in in_order(topics)}
+
+    def mounting_of(self, stream: str) -> tuple[str, Mounting | None]:
+        """Where the pose of a stream's sensor stands in the robot file, and the pose; None where it stands nowhere."""
+        sensor = sensor_of(stream)
+        if not sensor:
+            return f"mounting.{stream}", self.mounting.get(stream)
+        group = "cameras" if row_of(stream).name == "image" else "lidars"
+        sensors: dict[str, FurtherCamera] | dict[str, FurtherLidar] = getattr(self, group)
+        return f"{group}.{sensor}.mounting", sensors[sensor].mounting if sensor in sensors else None
+
+    def camera_of(self, stream: str) -> tuple[str, CameraFallback | None]:
+        """Where the calibration of a camera's stream stands in the robot file, and the calibration."""
+        sensor = sensor_of(stream)
+        if not sensor:
+            return "camera", self.camera
+        return f"cameras.{sensor}.calibration", self.cameras[sensor].calibration if sensor in self.cameras else None
 
 
 def load_robot_file(path: Path) -> RobotConfig:
@@ -238,7 +312,7 @@ def load_robot_file(path: Path) -> RobotConfig:
         DatasetsError: If the file cannot be read, is not YAML, or has unknown keys or wrong values; all are named.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = load_yaml(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise DatasetsError(
             f"cannot be read ({error.strerror})", where=path, cure="check the path of the robot file"

@@ -65,6 +65,8 @@ class RecordedGeometry:
     """Every static transform once, by its frames; of one published with several values the last."""
     camera_info: CameraInfoSample | None = None
     """Calibration of the front camera at its own resolution; None where the recording has none."""
+    camera_infos: Mapping[str, CameraInfoSample] = field(default_factory=dict)
+    """Those of further cameras, by name, where the recording has them."""
 
     @property
     def tree(self) -> TransformTree:
@@ -74,10 +76,12 @@ class RecordedGeometry:
     def to_json(self) -> dict[str, object]:
         """As plain JSON values."""
         info = self.camera_info
+        further = {name: plain(entry) for name, entry in self.camera_infos.items()}
         return {
             "frames": dict(self.frames),
             "transforms": [plain(transform) for transform in self.transforms],
             "camera_info": None if info is None else plain(info),
+            **({"camera_infos": further} if further else {}),
         }
 
     @classmethod
@@ -94,16 +98,23 @@ class RecordedGeometry:
                 Transform(**entry | {"matrix": np.array(entry["matrix"], np.float64).reshape(4, 4)})
                 for entry in content["transforms"]
             ),
-            camera_info=None
-            if info is None
-            else CameraInfoSample(
-                stamp_ns=info["stamp_ns"],
-                frame_id=info["frame_id"],
-                camera=camera_from_json(info["camera"]),
-                rectification=np.array(info["rectification"], np.float64).reshape(3, 3),
-                projection=np.array(info["projection"], np.float64).reshape(3, 4),
-            ),
+            camera_info=None if info is None else _info_from_json(info),
+            camera_infos={name: _info_from_json(entry) for name, entry in content.get("camera_infos", {}).items()},
         )
+
+    def info_of(self, camera: str) -> CameraInfoSample | None:
+        """The calibration of a camera by the name of its stream behind the dot; of the first camera for none."""
+        return self.camera_infos.get(camera) if camera else self.camera_info
+
+
+def _info_from_json(info: Mapping[str, Any]) -> CameraInfoSample:
+    return CameraInfoSample(
+        stamp_ns=info["stamp_ns"],
+        frame_id=info["frame_id"],
+        camera=camera_from_json(info["camera"]),
+        rectification=np.array(info["rectification"], np.float64).reshape(3, 3),
+        projection=np.array(info["projection"], np.float64).reshape(3, 4),
+    )
 
 
 def camera_from_json(content: Mapping[str, Any]) -> CameraModel:

@@ -10,8 +10,9 @@ from navtool.datasets.decode.table import MESSAGES, TRANSFORMS, proposed_types, 
 from navtool.datasets.recording import Topic
 from navtool.datasets.robot.camera_topics import camera_name, camera_namespaces
 from navtool.datasets.robot.config import NO_TOPIC, RobotConfig
+from navtool.datasets.robot.further_sensors import propose_further
 from navtool.datasets.robot.topic_unused import UnusedTopic, unused_topics
-from navtool.datasets.streams.table import STREAMS
+from navtool.datasets.streams.table import STREAMS, further, is_large, row_of, sensor_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +27,8 @@ class TopicMap:
     """Every other topic, by name."""
     notes: tuple[str, ...] = ()
     """What a user should look at: guesses, absent candidates."""
+    further: Mapping[str, str] = field(default_factory=dict)
+    """Topics of more cameras and LiDARs, by the streams that they would be; read only where a robot file names them."""
 
     def topic_of(self, stream: str) -> str | None:
         """The topic of a stream; None where it has none."""
@@ -40,6 +43,7 @@ class TopicMap:
         return {
             **dict.fromkeys(STREAMS),
             **self.streams,
+            "further": dict(self.further),
             "transforms": list(self.transforms),
             "not_used": plain(self.not_used),
             "notes": list(self.notes),
@@ -60,36 +64,47 @@ def resolve_topic_map(robot: RobotConfig, topics: Sequence[Topic]) -> TopicMap:
     """The map that a robot's candidates give for this recording.
 
     Per stream the first candidate that has messages is taken. Where none has, the stream stays empty with a note:
-    a named stream is never replaced by a guess. A stream without candidates is proposed.
+    a named stream is never replaced by a guess. A stream without candidates is proposed, never from the topics of
+    further cameras and LiDARs.
 
     Raises:
-        DatasetsError: If a candidate is in the recording with another message type; all such are named.
+        DatasetsError: If a candidate is in the recording with another message type, or a topic is to feed two cameras
+            or LiDARs; all such are named.
     """
     listed = _listed(topics)
     faults: list[str] = []
     notes: list[str] = []
     chosen: dict[str, str | None] = {}
-    for stream in STREAMS:
-        wanted: list[str] = getattr(robot.topics, stream)
-        if wanted == [NO_TOPIC]:
-            chosen[stream] = None
-        elif wanted:
-            chosen[stream] = _first_candidate(stream, wanted, listed, faults, notes)
-        elif stream == "camera_info":
-            chosen[stream] = _camera_info_of(chosen["image"], listed, notes)
+    candidates = robot.candidates()
+    named = {
+        stream: None if wanted == [NO_TOPIC] else _first_candidate(stream, wanted, listed, faults, notes)
+        for stream, wanted in candidates.items()
+        if wanted
+    }
+    faults += _read_twice(named)
+    for stream in candidates:
+        if stream in named:
+            chosen[stream] = named[stream]
+        elif row_of(stream).name == "camera_info":
+            image = chosen[further("image", sensor_of(stream)) if sensor_of(stream) else "image"]
+            chosen[stream] = _camera_info_of(stream, image, listed, notes)
         else:
-            chosen[stream] = _best_by_name(stream, listed, notes)
-    lidar = chosen["lidar"]
-    if lidar is not None and MESSAGES[listed[lidar].type].planar:
-        notes.append(f"lidar: {lidar} is a planar scan: its clouds are a line of points at the scanner's height")
+            chosen[stream] = _best_by_name(stream, _without(listed, named), notes)
+    notes += [
+        f"{stream}: {topic} is a planar scan: its clouds are a line of points at the scanner's height"
+        for stream, topic in chosen.items()
+        if topic is not None and row_of(stream).name == "lidar" and MESSAGES[listed[topic].type].planar
+    ]
     if faults:
         raise DatasetsError("; ".join(faults), where="topics", cure="correct the robot's candidate topics")
     transforms = tuple(sorted(t.name for t in listed.values() if t.type in proposed_types(TRANSFORMS) and t.count > 0))
+    streams = {stream: topic for stream, topic in chosen.items() if topic is not None}
     return TopicMap(
-        streams={stream: topic for stream, topic in chosen.items() if topic is not None},
+        streams=streams,
         transforms=transforms,
         not_used=unused_topics(topics, chosen, transforms),
         notes=tuple(notes),
+        further=propose_further(listed, streams),
     )
 
 
@@ -99,21 +114,37 @@ def _listed(topics: Sequence[Topic]) -> dict[str, Topic]:
     return {topic.name: topic for topic in topics if carrying[topic.name] == (1 if topic.count else 0)}
 
 
+def _read_twice(named: Mapping[str, str | None]) -> list[str]:
+    """Faults of topics that are to feed two cameras, or two LiDARs."""
+    streams: dict[str, list[str]] = {}
+    for stream, topic in named.items():
+        if topic is not None and is_large(stream):
+            streams.setdefault(topic, []).append(stream)
+    return [f"{' and '.join(both)} are both {topic}" for topic, both in streams.items() if len(both) > 1]
+
+
+def _without(listed: Mapping[str, Topic], named: Mapping[str, str | None]) -> dict[str, Topic]:
+    """The topics that no further camera or LiDAR is read from, in whatever encoding."""
+    taken = {camera_name(topic) for stream, topic in named.items() if topic is not None and sensor_of(stream)}
+    return {name: topic for name, topic in listed.items() if camera_name(name) not in taken}
+
+
 def _first_candidate(
     stream: str, wanted: Sequence[str], listed: Mapping[str, Topic], faults: list[str], notes: list[str]
 ) -> str | None:
     empty: list[str] = []
+    readable, proposed = readable_types(row_of(stream).name), proposed_types(row_of(stream).name)
     for candidate in wanted:
         for name in _matches(candidate, listed):
             topic = listed[name]
-            if topic.type not in readable_types(stream):
-                faults.append(f"{stream}: {name} is {topic.type}, wanted {' or '.join(readable_types(stream))}")
+            if topic.type not in readable:
+                faults.append(f"{stream}: {name} is {topic.type}, wanted {' or '.join(readable)}")
             elif topic.count == 0:
                 empty.append(name)
             else:
                 return name
     found = f"; {', '.join(empty)} without messages" if empty else ""
-    others = sorted(t.name for t in listed.values() if t.type in proposed_types(stream) and t.count > 0)
+    others = sorted(t.name for t in listed.values() if t.type in proposed and t.count > 0)
     hint = f"; by type it could be {', '.join(others)}" if others else ""
     notes.append(f"{stream}: the recording has none of {', '.join(wanted)}{found}{hint}")
     return None
@@ -147,7 +178,7 @@ def _transport_rank(name: str, kind: str) -> int:
     return int(kind != proposed_types("image")[0] or camera_name(name) != name)
 
 
-def _camera_info_of(image: str | None, listed: Mapping[str, Topic], notes: list[str]) -> str | None:
+def _camera_info_of(stream: str, image: str | None, listed: Mapping[str, Topic], notes: list[str]) -> str | None:
     infos = sorted(t.name for t in listed.values() if t.type in proposed_types("camera_info") and t.count > 0)
     if image is None or not infos:
         return None
@@ -156,7 +187,7 @@ def _camera_info_of(image: str | None, listed: Mapping[str, Topic], notes: list[
             return f"{namespace}/camera_info"
     cameras = {camera_name(t.name) for t in listed.values() if t.type in proposed_types("image") and t.count > 0}
     if len(infos) == 1 and len(cameras) == 1:
-        notes.append(f"camera_info: {infos[0]} is the only calibration, taken for {image}")
+        notes.append(f"{stream}: {infos[0]} is the only calibration, taken for {image}")
         return infos[0]
-    notes.append(f"camera_info: none in the namespace of {image}; the recording has {', '.join(infos)}")
+    notes.append(f"{stream}: none in the namespace of {image}; the recording has {', '.join(infos)}")
     return None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from navtool.datasets.decode.table import MESSAGES
 from navtool.datasets.recording import Topic
 from navtool.datasets.robot.camera_topics import camera_name
-from navtool.datasets.streams.table import STREAMS, Kind
+from navtool.datasets.streams.table import STREAMS, Kind, of_kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,18 +73,21 @@ def _reason(topic: Topic, chosen: Mapping[str, str | None]) -> str:
     return f"no decoder for {topic.type}"
 
 
-def _image_reason(name: str, image: str | None) -> str:
+def _image_reason(name: str, chosen: Mapping[str, str | None]) -> str:
     if STREAMS["image"].hints.score(name) is None:
         return "a depth or derived image; the data set takes colour images"
-    if image is None:
+    read = [topic for stream in of_kind("image", chosen) if (topic := chosen[stream]) is not None]
+    if not read:
         return "a camera, and no camera is wanted"
-    same = camera_name(name) == camera_name(image)
-    return f"the same images as {image} in another encoding" if same else f"another camera; {image} is used"
+    for image in read:
+        if camera_name(name) == camera_name(image):
+            return f"the same images as {image} in another encoding"
+    return f"another camera; {read[0]} is used"
 
 
 def _stream_reason(stream: str, topic: Topic, chosen: Mapping[str, str | None]) -> str:
     if stream == "image":
-        return _image_reason(topic.name, chosen[stream])
+        return _image_reason(topic.name, chosen)
     row, used = STREAMS[stream], chosen[stream]
     if used is not None:
         what = "a planar scan" if MESSAGES[topic.type].planar else row.another

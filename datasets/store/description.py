@@ -55,10 +55,12 @@ def read_description(root: Path) -> Description:
             cure="ingest the recordings again, or use the navtool that wrote it",
         )
     try:
-        contents = content["contents"]
+        contents: dict[str, Any] = {
+            key: tuple(entry) if isinstance(entry, list) else entry for key, entry in content["contents"].items()
+        }
         return Description(
             fps=int(content["fps"]),
-            contents=Contents(**contents | {"joint_names": tuple(contents["joint_names"])}),
+            contents=Contents(**contents),
             robot=dict(content["robot"]),
             ingest=dict(content["ingest"]),
             config_hash=str(content["config_hash"]),

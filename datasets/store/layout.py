@@ -26,9 +26,13 @@ class Layout:
         """The episode's rows."""
         return self.root / DATA_PATH.format(**self.place(episode))
 
-    def video(self, episode: int) -> Path:
-        """The episode's front camera."""
-        return self.root / VIDEO_PATH.format(video_key=IMAGE_KEY, **self.place(episode))
+    def video(self, episode: int, key: str = IMAGE_KEY) -> Path:
+        """The episode's images of a camera, by its column; of the front camera unless another is named."""
+        return self.root / VIDEO_PATH.format(video_key=key, **self.place(episode))
+
+    def videos(self, episode: int) -> list[Path]:
+        """The episode's videos that are there, whichever cameras the data set has."""
+        return sorted(self.root.glob(VIDEO_PATH.format(video_key="*", **self.place(episode))))
 
     def episode_meta(self, episode: int) -> Path:
         """The episode's entry and statistics."""
@@ -72,3 +76,8 @@ class Layout:
     def episode(self, episode: int) -> Path:
         """Clouds, native streams, calibration, sync report and provenance of an episode."""
         return self.beside / "episodes" / f"episode-{episode:06d}"
+
+    def clouds(self, episode: int, lidar: str | None = None) -> Path:
+        """The episode's whole clouds; of the first LiDAR unless a further one is named."""
+        folder = self.episode(episode) / "clouds"
+        return folder if lidar is None else folder / lidar

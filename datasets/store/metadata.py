@@ -10,7 +10,7 @@ from navtool.datasets.store.arrow_arrays import number_array, text_array
 from navtool.datasets.store.description import Description
 from navtool.datasets.store.layout import DATA_PATH, FILES_PER_CHUNK, VIDEO_PATH, Layout
 from navtool.datasets.store.rewrite import entry_table, stats_columns
-from navtool.datasets.store.schema import CODEBASE_VERSION, IMAGE_KEY, features_of
+from navtool.datasets.store.schema import CODEBASE_VERSION, features_of, video_keys
 from navtool.datasets.store.staged_episode import EpisodeFolder
 
 
@@ -29,7 +29,7 @@ def info_of(description: Description, episodes: int, rows: int) -> dict[str, obj
         "fps": description.fps,
         "splits": {"train": f"0:{episodes}"},
         "data_path": DATA_PATH,
-        "video_path": VIDEO_PATH if description.contents.image else None,
+        "video_path": VIDEO_PATH if video_keys(features) else None,
         "features": {key: feature.to_json(description.fps) for key, feature in features.items()},
     }
 
@@ -47,12 +47,12 @@ def episode_entry(staged: EpisodeFolder, description: Description, task: str) ->
         "dataset_from_index": first,
         "dataset_to_index": first + staged.rows,
     }
-    if description.contents.image:
+    for key in video_keys(features_of(description.contents)):
         entry |= {
-            f"videos/{IMAGE_KEY}/chunk_index": place["chunk_index"],
-            f"videos/{IMAGE_KEY}/file_index": place["file_index"],
-            f"videos/{IMAGE_KEY}/from_timestamp": 0.0,
-            f"videos/{IMAGE_KEY}/to_timestamp": staged.rows / description.fps,
+            f"videos/{key}/chunk_index": place["chunk_index"],
+            f"videos/{key}/file_index": place["file_index"],
+            f"videos/{key}/from_timestamp": 0.0,
+            f"videos/{key}/to_timestamp": staged.rows / description.fps,
         }
     entry |= stats_columns(staged.stats)
     entry |= {"meta/episodes/chunk_index": place["chunk_index"], "meta/episodes/file_index": place["file_index"]}

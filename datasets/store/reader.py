@@ -18,9 +18,9 @@ from navtool.datasets.robot.calibration import Calibration, read_calibration
 from navtool.datasets.store.description import read_description
 from navtool.datasets.store.journal import recover
 from navtool.datasets.store.layout import Layout
-from navtool.datasets.store.schema import CLOUD_SIZE, IMAGE_KEY, POINTS_KEY, arrow_schema, features_of
+from navtool.datasets.store.schema import CLOUD_SIZE, POINTS_KEY, arrow_schema, features_of, video_keys
 from navtool.datasets.store.whole_clouds import WholeCloud, read_whole_clouds, whole_cloud_stamps
-from navtool.datasets.streams.table import SMALL
+from navtool.datasets.streams.table import FRONT, SMALL
 from navtool.pipeline.arrays import Array
 
 _REBUILD = "run `navtool check` on it; ingest its recording again"
@@ -74,7 +74,8 @@ class NavDataset:
         self._columns: dict[str, Shaped[Array, " rows *shape"]] = {}
         self._files: OrderedDict[int, pq.ParquetFile] = OrderedDict()
         self._last_group: tuple[tuple[int, int], Array] = (-1, -1), np.zeros((0, CLOUD_SIZE, 3), np.float32)
-        self._videos: OrderedDict[int, _Video] = OrderedDict()
+        self._videos: OrderedDict[tuple[int, str], _Video] = OrderedDict()
+        self._large = (POINTS_KEY, *video_keys(self.features))
         self._calibrations: dict[int, Calibration] = {}
 
     def __reduce__(self) -> tuple[type["NavDataset"], tuple[Path]]:
@@ -91,8 +92,8 @@ class NavDataset:
             DatasetsError: If there is no such column, or a file is damaged.
         """
         if name not in self._columns:
-            if name not in self.features or name in (POINTS_KEY, IMAGE_KEY):
-                known = ", ".join(key for key in self.features if key not in (POINTS_KEY, IMAGE_KEY))
+            if name not in self.features or name in self._large:
+                known = ", ".join(key for key in self.features if key not in self._large)
                 raise DatasetsError(f"has no column {name!r}", where=self.root, cure=f"known are {known}")
             parts = [self._read_column(episode, name) for episode in self.episodes]
             column = np.concatenate(parts)
@@ -120,22 +121,30 @@ class NavDataset:
         cloud: Array = self._last_group[1][offset]
         return cloud
 
-    def image(self, row: int) -> UInt8[Array, "240 320 3"]:
-        """The frame of a row in RGB; black where ``valid.image`` is false.
+    def image(self, row: int, camera: str = FRONT) -> UInt8[Array, "240 320 3"]:
+        """The image of a row in RGB; black where ``valid.image``, or that of the further camera, is false.
 
         Raises:
-            DatasetsError: If the data set has no camera, or the video is damaged.
+            DatasetsError: If the data set has no such camera, or the video is damaged.
             IndexError: If there is no such row.
         """
         episode = self.episode_of(row)
-        if IMAGE_KEY not in self.features:
-            raise DatasetsError("has no camera", where=self.root, cure="ingest recordings that have one")
-        path = self.layout.video(episode.index)
+        key = f"observation.images.{camera}"
+        if key not in self.features:
+            raise self._no_camera(camera)
+        path = self.layout.video(episode.index, key)
+        opened = episode.index, key
         with _translated(path):
-            video = self._videos.pop(episode.index, None) or _Video(path)
-            self._videos[episode.index] = video
+            video = self._videos.pop(opened, None) or _Video(path)
+            self._videos[opened] = video
             _evict(self._videos)
             return video.frame(row - episode.start, self.fps)
+
+    def _no_camera(self, camera: str) -> DatasetsError:
+        cameras = [key.rpartition(".")[2] for key in video_keys(self.features)]
+        if not cameras:
+            return DatasetsError("has no camera", where=self.root, cure="ingest recordings that have one")
+        return DatasetsError(f"has no camera {camera!r}", where=self.root, cure=f"known are {', '.join(cameras)}")
 
     def episode_of(self, row: int) -> Episode:
         """The episode that a row belongs to.
@@ -176,29 +185,39 @@ class NavDataset:
             table = pq.read_table(path)
         return {name: table.column(name).to_numpy() for name in table.column_names}
 
-    def clouds(self, episode: int) -> Iterator[WholeCloud]:
+    def clouds(self, episode: int, lidar: str | None = None) -> Iterator[WholeCloud]:
         """An episode's clouds as they were recorded, one after the other; none where it has no LiDAR.
 
+        Args:
+            episode: Its number.
+            lidar: A further LiDAR's name; None is the first one.
+
         Raises:
-            DatasetsError: While iterating: a file is damaged.
+            DatasetsError: While iterating: a file is damaged, or the data set has no such LiDAR.
             IndexError: While iterating: there is no such episode.
         """
-        self._check_episode(episode)
-        folder = self.layout.episode(episode) / "clouds"
+        folder = self._clouds_folder(episode, lidar)
         with _translated(folder):
             yield from read_whole_clouds(folder, verify=self._verify)
 
-    def cloud_stamps(self, episode: int) -> Int64[Array, " clouds"]:
+    def cloud_stamps(self, episode: int, lidar: str | None = None) -> Int64[Array, " clouds"]:
         """The times of an episode's whole clouds, in the order in which ``clouds`` gives them.
 
         Raises:
-            DatasetsError: A file is damaged.
+            DatasetsError: A file is damaged, or the data set has no such LiDAR.
             IndexError: If there is no such episode.
         """
-        self._check_episode(episode)
-        folder = self.layout.episode(episode) / "clouds"
+        folder = self._clouds_folder(episode, lidar)
         with _translated(folder):
             return whole_cloud_stamps(folder)
+
+    def _clouds_folder(self, episode: int, lidar: str | None) -> Path:
+        self._check_episode(episode)
+        lidars = self.description.contents.lidars
+        if lidar is not None and lidar not in lidars:
+            cure = f"known are {', '.join(lidars)}" if lidars else "leave it out for the first one"
+            raise DatasetsError(f"has no further LiDAR {lidar!r}", where=self.root, cure=cure)
+        return self.layout.clouds(episode, lidar)
 
     def _check_episode(self, episode: int) -> None:
         if not 0 <= episode < len(self.episodes):
@@ -295,7 +314,7 @@ class _Video:
         self._container.close()
 
 
-def _evict(opened: OrderedDict[int, pq.ParquetFile] | OrderedDict[int, _Video]) -> None:
+def _evict(opened: OrderedDict[int, pq.ParquetFile] | OrderedDict[tuple[int, str], _Video]) -> None:
     if len(opened) > _OPEN_FILES:
         _, oldest = opened.popitem(last=False)
         oldest.close()

@@ -14,7 +14,7 @@ from navtool.datasets.store.journal import commit, staged
 from navtool.datasets.store.layout import Layout
 from navtool.datasets.store.metadata import episode_entry, info_of
 from navtool.datasets.store.rewrite import rewrite_columns, rewrite_entry, stats_columns
-from navtool.datasets.store.schema import arrow_schema, features_of
+from navtool.datasets.store.schema import arrow_schema, features_of, video_keys
 from navtool.datasets.store.staged_episode import EpisodeFolder
 from navtool.datasets.store.stats import Stats, aggregate, column_stats
 
@@ -35,9 +35,9 @@ def replace_episode(
     try:
         shutil.move(new.data, staged(layout.data(number)))
         shutil.move(new.beside, staged(layout.episode(number)))
-        if description.contents.image:
-            targets.append(layout.video(number))
-            shutil.move(new.video, staged(layout.video(number)))
+        for key in video_keys(features_of(description.contents)):
+            targets.append(layout.video(number, key))
+            shutil.move(new.video(key), staged(layout.video(number, key)))
         task = str(description.robot["task"])
         write_bytes(staged(layout.episode_meta(number)), episode_entry(new, description, task))
         if moved:

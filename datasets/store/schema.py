@@ -2,9 +2,12 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import pyarrow as pa
+
+from navtool.base.plain import LEFT_OUT_WHILE_EMPTY
+from navtool.datasets.streams.table import FRONT, further, sensor_of
 
 SCHEMA_VERSION = 2
 """Raised whenever a column, a file or its meaning changes; readers refuse any other."""
@@ -18,7 +21,7 @@ CLOUD_SIZE = 10_000
 HORIZON_STEPS = 10
 """Length of E_t and of ``label.known`` (GrASPE table V, T)."""
 
-IMAGE_KEY = "observation.images.front"
+IMAGE_KEY = f"observation.images.{FRONT}"
 STATE_KEY = "observation.state"
 ACTION_KEY = "action"
 POSE_KEY = "observation.pose"
@@ -73,6 +76,10 @@ class Contents:
     imu: bool
     joint_names: tuple[str, ...]
     battery: bool
+    cameras: tuple[str, ...] = field(default=(), metadata=LEFT_OUT_WHILE_EMPTY)
+    """Further cameras, in the order of their columns."""
+    lidars: tuple[str, ...] = field(default=(), metadata=LEFT_OUT_WHILE_EMPTY)
+    """Further LiDARs, whose clouds lie whole beside the rows."""
 
     @property
     def proprioception(self) -> bool:
@@ -82,7 +89,7 @@ class Contents:
     def streams(self) -> tuple[str, ...]:
         """The streams that have a ``valid.*`` and a ``sync.error_s.*`` column, in column order."""
         present = {
-            "image": self.image,
+            **dict.fromkeys(self.images, True),
             "lidar": self.lidar,
             "state": True,
             "action": True,
@@ -92,12 +99,44 @@ class Contents:
         }
         return tuple(name for name, there in present.items() if there)
 
+    @property
+    def images(self) -> tuple[str, ...]:
+        """The streams of the cameras: ``image``, ``image.rear``."""
+        return (*(("image",) if self.image else ()), *(further("image", name) for name in self.cameras))
+
+    @property
+    def large(self) -> tuple[str, ...]:
+        """The streams of images and clouds that are in the rows."""
+        return (*self.images, *(("lidar",) if self.lidar else ()))
+
+    @property
+    def lidar_streams(self) -> tuple[str, ...]:
+        """The streams of the further LiDARs."""
+        return tuple(further("lidar", name) for name in self.lidars)
+
+
+def image_key(stream: str) -> str:
+    """The column of a camera's stream: ``observation.images.rear`` of ``image.rear``."""
+    return f"observation.images.{sensor_of(stream) or FRONT}"
+
+
+def image_reliability_keys(stream: str) -> tuple[str, ...]:
+    """The columns of reliability of a camera's stream."""
+    sensor = sensor_of(stream)
+    return tuple(f"{key}.{sensor}" if sensor else key for key in IMAGE_RELIABILITY_KEYS)
+
+
+def video_keys(features: Mapping[str, Feature]) -> tuple[str, ...]:
+    """The columns that are videos."""
+    return tuple(key for key, feature in features.items() if feature.dtype == "video")
+
 
 def features_of(contents: Contents) -> dict[str, Feature]:
     """The columns of a data set with these contents, in the order in which they are written."""
     features: dict[str, Feature] = {}
-    if contents.image:
-        features[IMAGE_KEY] = Feature("video", (IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX, 3), ("height", "width", "channels"))
+    for stream in contents.images:
+        size = (IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX, 3)
+        features[image_key(stream)] = Feature("video", size, ("height", "width", "channels"))
     features[STATE_KEY] = Feature("float32", (2,), ("v_mps", "omega_radps"))
     features[ACTION_KEY] = Feature("float32", (2,), ("v_mps", "omega_radps"))
     features[POSE_KEY] = Feature("float32", (6,), ("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad"))
@@ -112,7 +151,7 @@ def features_of(contents: Contents) -> dict[str, Feature]:
         features[POINTS_KEY] = Feature("float32", (CLOUD_SIZE, 3), ("point", "xyz_m"))
         features[COUNT_KEY] = Feature("int64", (1,))
     reliabilities = (
-        *(IMAGE_RELIABILITY_KEYS if contents.image else ()),
+        *(key for stream in contents.images for key in image_reliability_keys(stream)),
         *(CLOUD_RELIABILITY_KEYS if contents.lidar else ()),
     )
     features |= {key: Feature("float32", (1,)) for key in reliabilities}

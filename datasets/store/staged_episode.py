@@ -30,10 +30,9 @@ class EpisodeFolder:
         """The staged data file."""
         return self.root / "data.parquet"
 
-    @property
-    def video(self) -> Path:
-        """The staged video."""
-        return self.root / "video.mp4"
+    def video(self, key: str) -> Path:
+        """The staged video of a camera, by its column."""
+        return self.root / f"{key}.mp4"
 
     @property
     def beside(self) -> Path:

@@ -17,6 +17,7 @@ from navtool.datasets.store.journal import staged as replacement
 from navtool.datasets.store.layout import Layout
 from navtool.datasets.store.metadata import episode_entry, info_of, task_table
 from navtool.datasets.store.replace import replace_episode
+from navtool.datasets.store.schema import features_of, video_keys
 from navtool.datasets.store.staged_episode import EpisodeFolder, Numbering
 from navtool.datasets.store.stats import Stats, aggregate
 
@@ -120,8 +121,9 @@ class Store:
             number += 1
 
     def _remove(self, episode: int) -> bool:
-        files = (self.layout.data(episode), self.layout.video(episode), self.layout.episode_meta(episode))
-        folder = self.layout.episode(episode)
+        layout = self.layout
+        files = (layout.data(episode), *layout.videos(episode), layout.episode_meta(episode))
+        folder = layout.episode(episode)
         there = folder.exists() or any(file.exists() for file in files)
         for file in files:
             file.unlink(missing_ok=True)
@@ -158,8 +160,8 @@ class Store:
         write_json(staged.beside / "provenance.json", provenance)
         try:
             move(staged.data, self.layout.data(number))
-            if description.contents.image:
-                move(staged.video, self.layout.video(number))
+            for key in video_keys(features_of(description.contents)):
+                move(staged.video(key), self.layout.video(number, key))
             move(staged.beside, self.layout.episode(number))
         except OSError as error:
             self._remove(number)

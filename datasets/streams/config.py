@@ -3,9 +3,10 @@
 import math
 from dataclasses import dataclass, field
 
+from navtool.base.plain import LEFT_OUT_WHILE_EMPTY
 from navtool.datasets.streams.clock import Clock
 from navtool.datasets.streams.sync import Method
-from navtool.datasets.streams.table import GRIDDED, LARGE, STREAMS
+from navtool.datasets.streams.table import GRIDDED, STREAMS, is_large, row_of, sensor_of
 
 
 @dataclass(kw_only=True, slots=True)
@@ -26,6 +27,16 @@ class StreamSync(StreamClock):
     """nearest: how far from the tick; hold: how old; linear: how far apart the two around it. In (0, 60] seconds."""
 
 
+@dataclass(kw_only=True, slots=True)
+class FurtherSync(StreamSync):
+    """How a further camera or LiDAR is brought onto the grid; what is left open is as usual for its kind."""
+
+    method: Method = Method.nearest
+    """nearest or hold."""
+    tolerance_s: float = 0.06
+    """nearest: how far from the tick; hold: how old. In (0, 60] seconds."""
+
+
 def _default(stream: str) -> StreamSync:
     default = STREAMS[stream].sync
     if default is None:
@@ -41,6 +52,10 @@ class SyncConfig:
     """Camera frames; at the grid's own rate a frame is at most half a period away."""
     lidar: StreamSync = field(default_factory=lambda: _default("lidar"))
     """Clouds, by the stamp of their header."""
+    cameras: dict[str, FurtherSync] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
+    """Further cameras by name, where they differ from ``image``."""
+    lidars: dict[str, FurtherSync] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
+    """Further LiDARs by name, where they differ from ``lidar``; of their clouds the rows say nothing."""
     odometry: StreamSync = field(default_factory=lambda: _default("odometry"))
     """Speeds and poses; attitudes along the shortest turn (slerp)."""
     imu: StreamSync = field(default_factory=lambda: _default("imu"))
@@ -58,19 +73,26 @@ class SyncConfig:
 
     def __post_init__(self) -> None:
         seconds = {"clock_step_s": self.clock_step_s}
-        seconds |= {f"{name}.tolerance_s": stream.tolerance_s for name, stream in self.gridded().items()}
+        gridded: dict[str, StreamSync] = {name: getattr(self, name) for name in GRIDDED}
+        large = {name: settings for name, settings in gridded.items() if is_large(name)}
+        for group, settings in (("cameras", self.cameras), ("lidars", self.lidars)):
+            large |= {f"{group}.{name}": entry for name, entry in settings.items()}
+        seconds |= {f"{name}.tolerance_s": entry.tolerance_s for name, entry in (gridded | large).items()}
         for name, value in seconds.items():
             if not (math.isfinite(value) and 0 < value <= 60):
                 raise ValueError(f"sync.{name} = {value} s is outside (0, 60] s")
-        for name in LARGE:
-            if self.gridded()[name].method is Method.linear:
-                raise ValueError(f"sync.{name}.method = linear: frames and clouds are not mixed; use nearest or hold")
+        for name, entry in large.items():
+            if entry.method is Method.linear:
+                raise ValueError(f"sync.{name}.method = linear: images and clouds are not mixed; use nearest or hold")
 
-    def gridded(self) -> dict[str, StreamSync]:
-        """The streams that are brought onto the grid, by name."""
-        return {name: getattr(self, name) for name in GRIDDED}
+    def of(self, stream: str) -> StreamSync | None:
+        """How a stream is brought onto the grid, a further sensor as the first one unless set; None where it is not."""
+        row, sensor = row_of(stream), sensor_of(stream)
+        own = (self.cameras if row.name == "image" else self.lidars).get(sensor)
+        first: StreamSync | None = getattr(self, row.name) if row.sync is not None else None
+        return own or first
 
     def clock_of(self, stream: str) -> Clock:
         """Which time of a stream counts."""
-        settings: StreamClock = getattr(self, stream)
+        settings: StreamClock = self.of(stream) or getattr(self, row_of(stream).name)
         return settings.clock

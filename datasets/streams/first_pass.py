@@ -21,7 +21,7 @@ from navtool.datasets.streams.clock import NO_STAMP
 from navtool.datasets.streams.fast_rows import FastRows
 from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.rows import StreamRows, rows_of
-from navtool.datasets.streams.table import LARGE, STREAMS, Kind
+from navtool.datasets.streams.table import Kind, is_large, row_of, sensor_of
 
 logger = logging.getLogger(__name__)
 
@@ -35,7 +35,8 @@ class FirstPass:
 
     topics: TopicMap
     streams: dict[str, RecordedStream]
-    camera_info: CameraInfoSample | None = None
+    camera_infos: dict[str, CameraInfoSample] = field(default_factory=dict)
+    """The first usable calibration of each camera, by its stream: ``camera_info``, ``camera_info.rear``."""
     transforms: list[Transform] = field(default_factory=list)
     faults: dict[str, str] = field(default_factory=dict)
     """Calibrations and transforms that cannot be used: the first fault by topic."""
@@ -73,7 +74,7 @@ def first_pass(
         {
             name: RecordedStream(topic)
             for name, topic in topics.streams.items()
-            if STREAMS[name].kind is not Kind.geometry
+            if row_of(name).kind is not Kind.geometry
         },
     )
     if "joints" in found.streams:
@@ -83,16 +84,16 @@ def first_pass(
         message = _Message(recording, raw)
         for stream in by_topic.get(raw.topic, (TRANSFORMS,)):
             if stream not in found.streams:
-                _add_geometry(found, recording, raw)
-            elif stream in LARGE:
+                _add_geometry(found, stream, recording, raw)
+            elif is_large(stream):
                 _add_stamp(found.streams[stream], recording, raw)
             else:
                 _add_row(found.streams[stream], stream, joy, message, fast)
         if on_reached is not None:
             on_reached(raw.record_ns)
-    for stream in LARGE:
-        if stream in found.streams:
-            _require_decodable(found.streams[stream], stream)
+    for name, recorded in found.streams.items():
+        if is_large(name):
+            _require_decodable(recorded, name)
     found.unreadable = {name: x for name, x in found.streams.items() if not x.record_ns and x.undecodable}
     found.streams = {name: stream for name, stream in found.streams.items() if stream.record_ns}
     return found
@@ -163,9 +164,9 @@ def _fast_row(stream: RecordedStream, name: str, fast: FastRows, raw: RawMessage
     return None if other else rows
 
 
-def _add_geometry(found: FirstPass, recording: Recording, raw: RawMessage) -> None:
+def _add_geometry(found: FirstPass, stream: str, recording: Recording, raw: RawMessage) -> None:
     """The first usable calibration, and every static transform; one that cannot be used is noted once a topic."""
-    if raw.topic == found.topics.topic_of("camera_info") and found.camera_info is not None:
+    if stream in found.camera_infos:
         return
     try:
         sample = recording.decode(raw)
@@ -173,7 +174,7 @@ def _add_geometry(found: FirstPass, recording: Recording, raw: RawMessage) -> No
         found.faults.setdefault(raw.topic, error.what)
         return
     if isinstance(sample, CameraInfoSample):
-        found.camera_info = sample
+        found.camera_infos[stream] = sample
     elif isinstance(sample, TransformsSample):
         if raw.type.startswith("foxglove"):
             # Static and moving frames share a topic: of each pair the first counts.
@@ -194,5 +195,10 @@ def _require_decodable(stream: RecordedStream, name: str) -> None:
         raise DatasetsError(
             f"none of the first {stream.undecodable} messages can be decoded: {stream.first_fault}",
             where=stream.topic,
-            cure=f"name another topic for '{name}', or leave the stream out with robot.topics.{name}=[none]",
+            cure=f"name another topic for '{name}', or leave the stream out{_without(name)}",
         )
+
+
+def _without(name: str) -> str:
+    """How a stream is left out, where that is an override."""
+    return "" if sensor_of(name) else f" with robot.topics.{name}=[none]"

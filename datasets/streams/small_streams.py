@@ -8,7 +8,7 @@ from navtool.datasets.streams.align import in_base_axes
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.odometry_heading import turned_odometry
-from navtool.datasets.streams.table import LARGE
+from navtool.datasets.streams.table import is_large
 from navtool.datasets.streams.timed_stream import TimedStream
 
 
@@ -21,7 +21,7 @@ def small_streams(
         times: Of every stream, on one clock.
     """
     recorded = {
-        name: TimedStream.of(stream, times[name]) for name, stream in found.streams.items() if name not in LARGE
+        name: TimedStream.of(stream, times[name]) for name, stream in found.streams.items() if not is_large(name)
     }
     small = in_base_axes(recorded, calibration)
     if "odometry" in small:

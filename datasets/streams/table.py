@@ -1,14 +1,21 @@
 """The streams of a data set: one row a stream. What reads, aligns, writes or checks streams goes by this table.
 
+A robot's first camera and LiDAR are the streams ``image`` and ``lidar``; further ones go by the same rows and have a
+name behind a dot: ``image.rear``, ``camera_info.rear``, ``lidar.roof``.
+
 Which message types feed a stream is said once too, in the rows of `navtool.datasets.decode.table`.
 """
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
 from navtool.datasets.streams.sync import Method
 from navtool.datasets.streams.topic_hints import NO_HINTS, TopicHints
 
+FRONT = "front"
+"""The first camera; what it records is the stream ``image``."""
 TWIST_COLUMNS = ("vx_mps", "vy_mps", "vz_mps", "wx_radps", "wy_radps", "wz_radps")
 
 
@@ -55,11 +62,10 @@ class Stream:
     never_still: bool = False
     """Whether its sensor never measures the same twice to the last digit while it works."""
 
-    @property
-    def in_rows(self) -> str:
-        """Its name in ``valid.*`` and ``sync.error_s.*``."""
-        return self.column or self.name
 
+_DERIVED_IMAGES = r"preview|debug|overlay|segment|mask|label|stitch|map|panorama|annotated|marker|detection"
+_CAMERA_CLOUDS = r"depth|deep|stereo|realsense|zed|camera"
+_DERIVED_CLOUDS = r"registered|map|undist|deskew|filter|ground|obstacle|cluster|concat|fused|merged|stitch"
 
 _ROWS = (
     Stream(
@@ -73,10 +79,11 @@ _ROWS = (
                 (r"right", -1),
                 (r"rear|back|down|(?<![a-z])up|top|fourth|fifth|sixth|third", -4),
                 (r"infra|mono|thermal|nir|dvs|event", -3),
-                (r"preview|debug|overlay|segment|mask|label|stitch|map|panorama|annotated|marker|detection", -5),
+                (_DERIVED_IMAGES, -5),
                 (r"rect", -1),
             ),
             never=r"depth|disparity|confidence|theora|ffmpeg",
+            derived=_DERIVED_IMAGES,
         ),
         another="another camera",
         sync=DefaultSync(Method.nearest, 0.06),
@@ -97,9 +104,10 @@ _ROWS = (
                 (r"velodyne|ouster|(?<![a-z])os\d?_|hesai|pandar|livox|rslidar|robosense|lidar|vlp", 2),
                 (r"front", 1),
                 (r"rear|back", -2),
-                (r"depth|deep|stereo|realsense|zed|camera", -5),
-                (r"registered|map|undist|deskew|filter|ground|obstacle|cluster|concat|fused|merged|stitch", -4),
+                (_CAMERA_CLOUDS, -5),
+                (_DERIVED_CLOUDS, -4),
             ),
+            derived=f"{_CAMERA_CLOUDS}|{_DERIVED_CLOUDS}",
         ),
         another="another point cloud",
         sync=DefaultSync(Method.nearest, 0.06),
@@ -200,7 +208,55 @@ STREAMS: dict[str, Stream] = {row.name: row for row in _ROWS}
 LARGE = tuple(row.name for row in _ROWS if row.kind is Kind.large)
 SMALL = tuple(row.name for row in _ROWS if row.kind is Kind.small)
 GRIDDED = tuple(row.name for row in _ROWS if row.sync is not None)
-GRID_STREAMS = tuple(row.name for row in _ROWS if row.makes_grid)
-"""The first of these that lasts for two ticks spans the grid."""
 POSED = tuple(sorted((row.name for row in _ROWS if row.pose), key=lambda name: bool(STREAMS[name].column)))
 """Streams whose sensors have a pose on the robot; odometry, whose child frame it is, behind the sensors."""
+
+SENSOR_NAME = re.compile(r"[a-z][a-z0-9_]*")
+"""What a further camera or LiDAR may be called."""
+
+
+def row_of(stream: str) -> Stream:
+    """The row of a stream, also of a further camera's or LiDAR's.
+
+    Raises:
+        KeyError: No stream is called so.
+    """
+    return STREAMS[stream.partition(".")[0]]
+
+
+def further(kind: str, name: str) -> str:
+    """The stream of a further sensor: ``image.rear`` of kind ``image`` and name ``rear``."""
+    return f"{kind}.{name}"
+
+
+def sensor_of(stream: str) -> str:
+    """The name of a further sensor's stream behind the dot; empty for a first one's."""
+    return stream.partition(".")[2]
+
+
+def of_kind(kind: str, streams: Iterable[str]) -> tuple[str, ...]:
+    """Those of the streams that go by one row: ``image``, ``image.rear``."""
+    return tuple(stream for stream in streams if stream.partition(".")[0] == kind)
+
+
+def is_large(stream: str) -> bool:
+    """Whether it is one of images or of clouds."""
+    return row_of(stream).kind is Kind.large
+
+
+def in_rows(stream: str) -> str:
+    """A stream's name in ``valid.*`` and ``sync.error_s.*``."""
+    row, sensor = row_of(stream), sensor_of(stream)
+    column = row.column or row.name
+    return further(column, sensor) if sensor else column
+
+
+def in_order(streams: Iterable[str]) -> list[str]:
+    """The streams in the order of the table, further sensors behind the first one."""
+    rows = list(STREAMS)
+    return sorted(streams, key=lambda stream: (rows.index(row_of(stream).name), bool(sensor_of(stream))))
+
+
+def grid_streams(streams: Iterable[str]) -> list[str]:
+    """Those that may span a grid, the ones that come first in front; the first that lasts for two ticks does."""
+    return [stream for stream in in_order(streams) if row_of(stream).makes_grid]

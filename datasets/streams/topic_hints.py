@@ -16,6 +16,8 @@ class TopicHints:
     """What a name must have to be proposed; empty for nothing."""
     never: str = ""
     """What rules a name out; empty for nothing."""
+    derived: str = ""
+    """What is not a sensor's own but made from its messages: no further sensor of a robot; empty for nothing."""
     _patterns: tuple[tuple[re.Pattern[str], int], ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -34,6 +36,10 @@ class TopicHints:
         if self.needs and not re.search(self.needs, text):
             return None
         return sum(weight for pattern, weight in self._patterns if pattern.search(text))
+
+    def is_derived(self, topic: str) -> bool:
+        """Whether a topic's name says that what it carries was made from a sensor's messages."""
+        return bool(self.derived and re.search(self.derived, topic.lower()))
 
 
 NO_HINTS = TopicHints()

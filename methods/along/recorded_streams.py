@@ -54,7 +54,7 @@ class RecordedStreams(Streams):
         times = Clocks.of(found, sync).times(reads[0])
         transforms, _ = latest_transforms(found.transforms)
         frames = {name: stream.frame_id for name, stream in found.streams.items()}
-        calibration = calibrate(robot, RecordedGeometry(frames, transforms), None)
+        calibration = calibrate(robot, RecordedGeometry(frames, transforms), {})
         odometry = _odometry(found, times, calibration, robot)
         there = {name: stream.topic for name, stream in found.streams.items()}
         super().__init__(source_name(recording.path), there, calibration, odometry, odometry_gap_s)
@@ -123,7 +123,10 @@ def _reader(recording: Recording, raw: RawMessage) -> Callable[[], PointCloud]:
 def _topics(recording: Recording, robot: RobotConfig, reads: Sequence[str]) -> TopicMap:
     """The topics of what is wanted, and of transforms: what else a recording holds is neither read nor judged."""
     others = {x.name: [NO_TOPIC] for x in fields(TopicCandidates) if x.name not in reads}
-    topics = resolve_topic_map(replace(robot, topics=replace(robot.topics, **others)), recording.topics)
+    # Further LiDARs stay named, so that their topics are not taken for the first one's.
+    first = replace(robot, topics=replace(robot.topics, **others), cameras={})
+    topics = resolve_topic_map(first, recording.topics)
+    topics = replace(topics, streams={name: topic for name, topic in topics.streams.items() if name in reads})
     if reads[0] not in topics.streams:
         raise _missing(recording, topics, reads[0])
     return topics

@@ -8,6 +8,7 @@ import yaml
 
 from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import from_plain
+from navtool.base.yaml_text import load_yaml
 from navtool.sim.errors import SimError
 from navtool.sim.world.surfaces import GROUND
 
@@ -220,7 +221,7 @@ def load_scenario(path: Path) -> ScenarioConfig:
         SimError: The file cannot be read, is not YAML, or has unknown keys or wrong values; all are named.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = load_yaml(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise SimError(f"cannot be read ({error.strerror})", where=path, cure="check the scenario's path") from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:

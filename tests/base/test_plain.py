@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from navtool.base.from_plain import from_plain
-from navtool.base.plain import flatten, plain, plain_fields
+from navtool.base.plain import LEFT_OUT_WHILE_EMPTY, flatten, plain, plain_fields
 
 
 class Colour(Enum):
@@ -80,3 +80,17 @@ def test_leaves_have_dotted_keys_and_say_all_there_is() -> None:
     assert nested(leaves) == plain(Camera())
     assert flatten(plain(Camera())) == leaves
     assert flatten({}) == {}
+
+
+@dataclass
+class Rig:
+    cameras: dict[str, Lens] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
+    names: list[str] = field(default_factory=list)
+
+
+def test_what_is_left_out_while_empty_comes_back_empty() -> None:
+    assert plain(Rig()) == {"names": []}
+    assert from_plain(Rig, plain(Rig()), where="file") == Rig()
+    full = Rig({"rear": Lens(320, [])})
+    assert plain(full) == {"cameras": {"rear": {"width_px": 320, "colours": []}}, "names": []}
+    assert from_plain(Rig, plain(full), where="file") == full

@@ -17,6 +17,11 @@ from navtool.sim.record.config import SimulationConfig
         ("ingest", IngestJob, "robot.topics.imu=[none,/imu]", "robot.topics.imu: 'none' stands"),
         ("ingest", IngestJob, "fps=0", "fps = 0"),
         ("ingest", IngestJob, "sync.odometry.tolerance_s=-1", "sync.odometry.tolerance_s = -1"),
+        ("ingest", IngestJob, "sync.cameras.rear.tolerance_s=99", "sync.cameras.rear.tolerance_s = 99"),
+        ("ingest", IngestJob, "sync.lidars.rear.method=linear", "sync.lidars.rear.method = linear"),
+        ("ingest", IngestJob, "sync.cameras={rear: {method: linear}}", "sync.cameras.rear.method = linear"),
+        ("ingest", IngestJob, "robot.cameras.rear.topics=[]", "robot.cameras.rear.topics: [] names no topic"),
+        ("ingest", IngestJob, "robot.mounting.radar.xyz_m=[1,0,0]", "robot.mounting: unknown sensors radar"),
         ("train", TrainJob, "split.val_fraction=2", "split.val_fraction = 2"),
         ("train", TrainJob, "trainer.epochs=0", "trainer.epochs = 0"),
     ],
@@ -27,3 +32,22 @@ def test_a_refused_setting_is_named_with_its_groups(config: str, result: type, o
         compose(config, [*data, override], result)
     assert str(caught.value).startswith(said)
     assert caught.value.cure
+
+
+def test_settings_below_a_name_that_the_user_chose_are_merged() -> None:
+    overrides = [
+        "robot.cameras.rear.topics=[/rear/image]",
+        "robot.cameras.rear.mounting.xyz_m=[1,2,3]",
+        "robot.mounting.imu.rpy_rad=[0,0,1]",
+        "sync.cameras.rear.tolerance_s=0.2",
+        "sync.cameras.rear.method=hold",
+        "sync.cameras.left.clock=record",
+    ]
+    job = compose("ingest", overrides, IngestJob)
+    rear = job.robot.cameras["rear"]
+    assert rear.mounting is not None
+    assert (rear.topics, rear.mounting.xyz_m) == (["/rear/image"], [1.0, 2.0, 3.0])
+    assert job.robot.mounting["imu"].rpy_rad == [0.0, 0.0, 1.0]
+    rear_sync, left_sync = job.sync.cameras["rear"], job.sync.cameras["left"]
+    assert (rear_sync.tolerance_s, str(rear_sync.method), str(rear_sync.clock)) == (0.2, "hold", "auto")
+    assert (left_sync.tolerance_s, str(left_sync.method), str(left_sync.clock)) == (0.06, "nearest", "record")

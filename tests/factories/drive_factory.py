@@ -19,6 +19,8 @@ START_NS = 1_700_000_000_000_000_000
 RECORD_DELAY_NS = 3_000_000
 JOINTS = ("front_left", "front_right")
 STREAMS = ("image", "lidar", "odometry", "imu", "joints", "battery", "command", "intervention", "tf")
+REAR = ("image.rear", "lidar.rear")
+"""A second camera at 10 Hz, on /rear_camera, and a second LiDAR at 5 Hz, on /rear_points; only where they are asked."""
 NATIVE = (128, 96)
 
 
@@ -83,7 +85,9 @@ def drive(
 
     quaternion = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
     optical = {"x": -0.5, "y": 0.5, "z": -0.5, "w": 0.5}
-    mounts = (("base_link", "camera_optical", 0.2, 0.4, optical), ("base_link", "lidar", 0.0, 0.6, quaternion))
+    mounts = [("base_link", "camera_optical", 0.2, 0.4, optical), ("base_link", "lidar", 0.0, 0.6, quaternion)]
+    if "image.rear" in streams:
+        mounts.append(("base_link", "rear_optical", -0.3, 0.4, {"x": 0.5, "y": 0.5, "z": -0.5, "w": -0.5}))
     transforms = [
         {
             **_header(START_NS, parent, ros1=ros1),
@@ -116,6 +120,14 @@ def drive(
     for number, _, stamp in every(10, 0.02):
         fields = {**_header(stamp, "lidar", ros1=ros1), **_cloud(number, seed)}
         add("lidar", "/points", "sensor_msgs/msg/PointCloud2", stamp, fields)
+    info = {**_header(START_NS, "rear_optical", ros1=ros1), **camera}
+    add("image.rear", "/rear_camera/camera_info", "sensor_msgs/msg/CameraInfo", START_NS, info)
+    for number, _, stamp in every(10, 0.01):
+        fields = {**_header(stamp, "rear_optical", ros1=ros1), "format": "jpeg", "data": _jpeg(number, seed + 100)}
+        add("image.rear", "/rear_camera/image_raw/compressed", "sensor_msgs/msg/CompressedImage", stamp, fields)
+    for number, _, stamp in every(5, 0.03):
+        fields = {**_header(stamp, "rear_lidar", ros1=ros1), **_cloud(number, seed + 100)}
+        add("lidar.rear", "/rear_points", "sensor_msgs/msg/PointCloud2", stamp, fields)
     for _, time_s, stamp in every(50):
         moving = time_s < stop_s
         pose = {"position": _vector(min(time_s, stop_s)), "orientation": quaternion}

@@ -125,7 +125,7 @@ def test_the_method_of_a_stream_can_be_set(write_recording: Write, drive_entries
     np.testing.assert_allclose(
         dataset.column("observation.proprioception")[:, 1], joints["position.front_right"][newest], rtol=1e-6
     )
-    with pytest.raises(ValueError, match="frames and clouds are not mixed"):
+    with pytest.raises(ValueError, match="images and clouds are not mixed"):
         SyncConfig(lidar=StreamSync(method=Method.linear, tolerance_s=0.1))
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.table import proposed_types
 from navtool.datasets.recording import Topic
-from navtool.datasets.robot.config import RobotConfig, TopicCandidates
+from navtool.datasets.robot.config import FurtherCamera, FurtherLidar, RobotConfig, TopicCandidates
 from navtool.datasets.robot.topic_map import propose_topic_map, resolve_topic_map
 
 TYPES = {
@@ -308,3 +308,82 @@ def test_camera_info_follows_the_camera_that_the_robot_file_names() -> None:
     lonely = propose_topic_map(listed("Image /camera/image; Info /calibration"))
     assert lonely.topic_of("camera_info") == "/calibration"
     assert any("only calibration" in note for note in lonely.notes)
+
+
+REAR_CAMERA = RobotConfig(cameras={"rear": FurtherCamera(topics=["/cam/image_raw"])})
+
+
+def test_a_further_sensors_topic_is_never_taken_for_the_first_ones() -> None:
+    alone = resolve_topic_map(REAR_CAMERA, listed("Image /cam/image_raw; Jpeg /cam/image_raw/compressed"))
+    assert alone.streams == {"image.rear": "/cam/image_raw"}
+    assert [topic.reason for topic in alone.not_used] == ["the same images as /cam/image_raw in another encoding"]
+    both = resolve_topic_map(REAR_CAMERA, listed("Image /cam/image_raw; Image /other/image_raw; Info /cam/camera_info"))
+    assert both.streams == {
+        "image": "/other/image_raw",
+        "image.rear": "/cam/image_raw",
+        "camera_info.rear": "/cam/camera_info",
+    }
+    assert list(both.streams) == ["image", "image.rear", "camera_info.rear"], "further ones behind the first"
+
+
+def test_one_topic_cannot_be_two_cameras() -> None:
+    robot = RobotConfig(
+        topics=TopicCandidates(image=["/left/image", "/cam/image_raw"], lidar=["points"]),
+        cameras=REAR_CAMERA.cameras,
+        lidars={"roof": FurtherLidar(topics=["/roof/points"])},
+    )
+    assert (
+        resolve_topic_map(robot, listed("Image /left/image; Image /cam/image_raw")).topic_of("image") == "/left/image"
+    )
+    with pytest.raises(DatasetsError, match=r"image and image.rear are both /cam/image_raw; lidar and lidar.roof"):
+        resolve_topic_map(robot, listed("Image /cam/image_raw; Cloud /roof/points"))
+    with pytest.raises(DatasetsError, match=r"image.rear: /cam/image_raw is sensor_msgs/msg/PointCloud2"):
+        resolve_topic_map(REAR_CAMERA, listed("Cloud /cam/image_raw"))
+
+
+@pytest.mark.parametrize(
+    ("topics", "further"),
+    [
+        (
+            "Image /front/image_raw; Image /rear/image_raw; Jpeg /rear/image_raw/compressed; Image /left/image_raw",
+            {"image.left": "/left/image_raw", "image.rear": "/rear/image_raw"},
+        ),
+        (
+            (
+                "Image /spot/camera/frontleft/image; Image /spot/camera/frontright/image; Image /spot/camera/back/image;"
+                "Image /spot/depth/back/image"
+            ),
+            {"image.back": "/spot/camera/back/image", "image.frontright": "/spot/camera/frontright/image"},
+        ),
+        (
+            "Image /zed2/left/image_rect_color; Image /zed2/left/image_raw; Image /zed2/right/image_rect_color",
+            {"image.right": "/zed2/right/image_rect_color"},
+        ),
+        (
+            "Image /cam_0/image; Image /cam_1/image; Image /cam_2/image; Image /cam_1/debug_image",
+            {"image.camera_1": "/cam_1/image", "image.camera_2": "/cam_2/image"},
+        ),
+        (
+            (
+                "Cloud /velodyne_points; Packets /velodyne_packets; Cloud /ouster/points; Cloud /ouster/points_filtered;"
+                "Cloud /camera/depth/points; Scan /scan; Livox /livox/lidar"
+            ),
+            {"lidar.livox": "/livox/lidar", "lidar.velodyne": "/velodyne_points"},
+        ),
+        ("Scan /scan_front; Scan /scan_rear", {"lidar.rear": "/scan_rear"}),
+        ("Cloud /lidar/front/points; Cloud /lidar/rear/points 0", {}),
+        ("Image /camera/color/image_raw; Jpeg /camera/color/image_raw/compressed", {}),
+        ("Odometry /odom", {}),
+    ],
+)
+def test_further_sensors_are_proposed_by_what_tells_them_apart(topics: str, further: dict[str, str]) -> None:
+    proposed = propose_topic_map(listed(topics))
+    assert dict(proposed.further) == further
+    assert not any("." in stream for stream in proposed.streams), "proposed, and not read"
+    assert propose_topic_map(listed(topics)[::-1]).further == proposed.further
+
+
+def test_a_name_that_is_taken_gets_a_number() -> None:
+    robot = RobotConfig(cameras={"left": FurtherCamera(topics=["/somewhere/image"])})
+    topics = listed("Image /front/image; Image /somewhere/image; Image /left/image")
+    assert resolve_topic_map(robot, topics).further == {"image.left_2": "/left/image"}
