@@ -73,7 +73,7 @@ def multiply(source: Path, out: Path) -> tuple[int, int]:
             columns["index"] = np.arange(len(one), dtype=np.int64) + folder.numbering.index_from
             columns["episode_index"] = np.full(len(one), folder.numbering.episode_index, np.int64)
             write_data(folder.data, one.features, columns, [points])
-            shutil.copy(one.layout.video(0), folder.video)
+            shutil.copy(one.layout.video(0), folder.video(IMAGE_KEY))
             shutil.copytree(one.layout.episode(0), folder.beside, ignore=shutil.ignore_patterns("clouds"))
             name = f"{store.episodes:064x}"
             store.commit(folder, one.description, one.provenance()[0] | {"sha256": name, "source": name})

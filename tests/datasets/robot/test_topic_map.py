@@ -350,8 +350,8 @@ def test_one_topic_cannot_be_two_cameras() -> None:
         ),
         (
             (
-                "Image /spot/camera/frontleft/image; Image /spot/camera/frontright/image; Image /spot/camera/back/image;"
-                "Image /spot/depth/back/image"
+                "Image /spot/camera/frontleft/image; Image /spot/camera/frontright/image; "
+                "Image /spot/camera/back/image; Image /spot/depth/back/image"
             ),
             {"image.back": "/spot/camera/back/image", "image.frontright": "/spot/camera/frontright/image"},
         ),
@@ -365,8 +365,8 @@ def test_one_topic_cannot_be_two_cameras() -> None:
         ),
         (
             (
-                "Cloud /velodyne_points; Packets /velodyne_packets; Cloud /ouster/points; Cloud /ouster/points_filtered;"
-                "Cloud /camera/depth/points; Scan /scan; Livox /livox/lidar"
+                "Cloud /velodyne_points; Packets /velodyne_packets; Cloud /ouster/points; "
+                "Cloud /ouster/points_filtered; Cloud /camera/depth/points; Scan /scan; Livox /livox/lidar"
             ),
             {"lidar.livox": "/livox/lidar", "lidar.velodyne": "/velodyne_points"},
         ),
