@@ -100,7 +100,9 @@ def test_the_second_camera_has_its_own_columns_values_and_pose(both: Path, drive
 
 
 def _rgb(jpeg: Any) -> Any:
-    return cv2.cvtColor(cv2.imdecode(np.frombuffer(bytes(jpeg), np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+    bgr = cv2.imdecode(np.frombuffer(bytes(jpeg), np.uint8), cv2.IMREAD_COLOR)
+    assert bgr is not None
+    return cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)
 
 
 def _small(rgb: Any) -> Any:

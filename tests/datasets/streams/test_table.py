@@ -75,7 +75,13 @@ def test_a_row_of_every_small_stream_has_the_tables_columns(ros_message: Callabl
 def test_poses_are_fields_of_the_calibration_by_their_streams() -> None:
     matrices = {STREAMS[stream].pose: np.eye(4) * (number + 1) for number, stream in enumerate(POSED)}
     calibration = Calibration(
-        camera=None, base_height_m=0.0, robot_width_m=0.5, sources={}, recorded=RecordedGeometry(), **matrices
+        camera=None,
+        base_height_m=0.0,
+        robot_width_m=0.5,
+        sources={},
+        recorded=RecordedGeometry(),
+        further={},
+        **matrices,
     )
     assert POSED == ("image", "lidar", "imu", "odometry"), "the order in calibration.json"
     assert set(LARGE) <= set(POSED)
