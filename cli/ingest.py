@@ -85,7 +85,7 @@ def _recordings(named: list[str]) -> list[Path]:
 
 def print_ingest(report: "IngestReport") -> None:
     """The report for a person: episodes, what was left out and why, and where the data set lies."""
-    from navtool.cli.console import console, print_notes, print_table
+    from navtool.cli.console import print_notes, print_table
 
     if report.episodes:
         print_table(
@@ -110,6 +110,12 @@ def print_ingest(report: "IngestReport") -> None:
     print_notes(f"{source}: in the data set already, skipped" for source in report.skipped)
     now = "would be" if report.dry_run else "is now"
     print_notes(f"{source}: its place {now} {place}" for source, place in report.placed.items())
+    _print_total(report)
+
+
+def _print_total(report: "IngestReport") -> None:
+    from navtool.cli.console import console
+
     done = f"{len(report.episodes)} episodes, {report.rows} rows from {report.bytes_in / 1e6:.1f} MB"
     cost = f"{report.seconds:.1f} s, at most {report.peak_rss_mib:.0f} MiB of memory"
     where = f"data set: {report.dataset}" if Path(report.dataset).is_dir() else "nothing written"

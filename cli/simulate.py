@@ -8,6 +8,7 @@ import typer
 
 if TYPE_CHECKING:
     from navtool.sim.record.config import SimulationConfig
+    from navtool.sim.record.episode import Episode
     from navtool.sim.record.report import SimulationReport
 
 
@@ -97,26 +98,11 @@ def _draw(config: "SimulationConfig", report: "SimulationReport", seed: int, pre
 
 def print_simulation(report: "SimulationReport") -> None:
     """The report for a person: episodes, failures, and where they lie."""
-    from collections import Counter
-
     from navtool.cli.console import console, print_notes, print_table
 
     if report.episodes:
-        print_table(
-            "Episodes",
-            ("episode", "recording", "seconds", "failures", "failed %", "MB"),
-            (
-                (
-                    episode.plan.number,
-                    episode.plan.path,
-                    round(episode.duration_s, 2),
-                    ", ".join(f"{n} {kind}" for kind, n in Counter(f.kind.value for f in episode.failures).items()),
-                    round(100 * episode.failed_share, 1),
-                    round(episode.size_bytes / 1e6, 1),
-                )
-                for episode in report.episodes
-            ),
-        )
+        columns = ("episode", "recording", "seconds", "failures", "failed %", "MB")
+        print_table("Episodes", columns, map(_row, report.episodes))
     if report.not_made:
         rows = ((made.plan.number, made.plan.place, made.reason) for made in report.not_made)
         print_table("Not driven", ("episode", "place", "reason"), rows)
@@ -132,3 +118,17 @@ def print_simulation(report: "SimulationReport") -> None:
     cost = f"{report.seconds:.1f} s, {report.pictures_per_s:.1f} pictures and clouds a second"
     memory = f"at most {report.peak_rss_mib:.0f} MiB of memory"
     console().print(f"{done}; {wrong}; {cost}, {memory}; recordings: {report.folder}", markup=False)
+
+
+def _row(episode: "Episode") -> tuple[object, ...]:
+    from collections import Counter
+
+    failures = Counter(failure.kind.value for failure in episode.failures)
+    return (
+        episode.plan.number,
+        episode.plan.path,
+        round(episode.duration_s, 2),
+        ", ".join(f"{count} {kind}" for kind, count in failures.items()),
+        round(100 * episode.failed_share, 1),
+        round(episode.size_bytes / 1e6, 1),
+    )
