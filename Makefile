@@ -8,8 +8,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 ONLY ?=
-# a process a core, each with one thread: two threads on a busy core wait for each other
-PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile
+# a process a core, each with one thread: two threads on a busy core wait for each other; tests keep their bytecode too
+PYTEST = $(COMPILE) && PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile
 # bytecode, as an installed package has it: starting takes half as long, also where Python is told to write none
 COMPILE = $(BIN)/python -m compileall -q base cli configs datasets export methods pipeline sim train
 # uv where it works already, else a private one
@@ -44,7 +44,7 @@ test: setup ## the quick tests
 	$(PYTEST) -m "not slow" --durations=20
 
 test-all: setup ## every test, the properties on new examples each time
-	NAVTOOL_EXPLORE=1 $(PYTEST)
+	export NAVTOOL_EXPLORE=1; $(PYTEST)
 
 bench: setup ## benchmarks; ONLY=name runs one
 	$(COMPILE)

@@ -43,6 +43,7 @@ def navtool_here(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[
 
     def run(*arguments: object) -> Outcome:
         monkeypatch.setattr(sys, "argv", ["navtool", *map(str, arguments)])
+        monkeypatch.setenv("COLUMNS", "160")
         with pytest.raises(SystemExit) as left:
             main()
         printed = capsys.readouterr()

@@ -28,9 +28,9 @@ SENSORS = ("camera.width=64", "camera.height=48", "lidar.elevation_rad=[-0.1]", 
 SMALL = (*PLACE, *SENSORS, "drive.duration_s=2")
 
 
-def test_recordings_a_sheet_and_a_report_come_out(navtool: Callable[..., Any], tmp_path: Path) -> None:
+def test_recordings_a_sheet_and_a_report_come_out(navtool_here: Callable[..., Any], tmp_path: Path) -> None:
     out, sheet = tmp_path / "out", tmp_path / "sheet.png"
-    done = navtool("simulate", *SMALL, "--out", out, "--preview", sheet, "--json")
+    done = navtool_here("simulate", *SMALL, "--out", out, "--preview", sheet, "--json")
     assert done.code == 0, done.err
     report = json.loads(done.out)
     assert report["minutes"] == pytest.approx(2 / 60, abs=1e-3)
@@ -39,10 +39,10 @@ def test_recordings_a_sheet_and_a_report_come_out(navtool: Callable[..., Any], t
     picture = cv2.imread(str(sheet))
     assert picture is not None
     assert picture.shape[1] > 1000
-    again = navtool("simulate", *SMALL, "--out", out)
+    again = navtool_here("simulate", *SMALL, "--out", out)
     assert again.code == 0
     assert "1 episodes were there already" in again.err
-    other = navtool("simulate", *SMALL, "camera.width=80", "--out", out)
+    other = navtool_here("simulate", *SMALL, "camera.width=80", "--out", out)
     assert other.code == 1
     assert "camera.width (was 64, now 80)" in other.err
 

@@ -37,8 +37,8 @@ def small_dataset(
     return folder / "dataset"
 
 
-def test_cfg_job_prints_the_composed_configuration(navtool: Callable[..., Any]) -> None:
-    shown = navtool("train", "--cfg", "job", "trainer.epochs=7")
+def test_cfg_job_prints_the_composed_configuration(navtool_here: Callable[..., Any]) -> None:
+    shown = navtool_here("train", "--cfg", "job", "trainer.epochs=7")
     assert shown.code == 0, shown.err
     assert "epochs: 7" in shown.out
     assert "learning_rate: 0.002" in shown.out
@@ -85,10 +85,10 @@ def test_a_finished_run_goes_on_with_more_epochs_and_is_not_overwritten(
     assert json.loads((run / "metrics.json").read_text())["epochs"] == 1
 
 
-def test_a_job_that_fails_says_why_once(navtool: Callable[..., Any], small_dataset: Path, tmp_path: Path) -> None:
+def test_a_job_that_fails_says_why_once(navtool_here: Callable[..., Any], small_dataset: Path, tmp_path: Path) -> None:
     absent = tmp_path / "weights.pt"
     setting = f"model.pretrained_image_weights={absent}"
-    single = navtool("train", "--data", small_dataset, "--out", tmp_path / "a", setting)
+    single = navtool_here("train", "--data", small_dataset, "--out", tmp_path / "a", setting)
     assert single.code == 2, "the call is wrong"
     assert "weights.pt" in single.err
     assert single.err.count("error:") == 1
