@@ -1,7 +1,5 @@
 """The root of every error that navtool raises for bad input, and the two that every command may meet."""
 
-from pathlib import Path
-
 
 class NavtoolError(Exception):
     """Bad input, in words by which the user can mend it: what is wrong, where, and the cure.
@@ -14,7 +12,7 @@ class NavtoolError(Exception):
         cure: What the user can do about it; None where nothing is known.
     """
 
-    def __init__(self, what: str, *, where: str | Path | None = None, cure: str | None = None) -> None:
+    def __init__(self, what: str, *, where: object = None, cure: str | None = None) -> None:
         self.what = what
         self.where = None if where is None else str(where)
         self.cure = cure

@@ -8,8 +8,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from navtool.base.errors import DatasetsError, NavtoolError
-from navtool.base.refusal import Refusal
+from navtool.base.setting_error import Fault, SettingError, dotted
 
 
 def from_plain[T](cls: type[T], value: object, *, where: str | Path, concrete: Mapping[type, type] | None = None) -> T:
@@ -25,13 +24,12 @@ def from_plain[T](cls: type[T], value: object, *, where: str | Path, concrete: M
         concrete: For a field's dataclass, the subclass to build instead.
 
     Raises:
-        DatasetsError: If a key is unknown or missing, a value has another type, or a check of the dataclass fails.
+        SettingError: If a key is unknown or missing, a value has another type, or a check of the dataclass fails.
     """
     reader = _Reader(concrete or {})
     built = reader.dataclass(cls, value, "")
     if reader.faults or not isinstance(built, cls):
-        cure = "correct the named keys; see the documented fields"
-        raise DatasetsError("; ".join(reader.faults), where=where, cure=cure)
+        raise SettingError(*reader.faults, file=where, cure="correct the named keys; see the documented fields")
     return built
 
 
@@ -45,29 +43,28 @@ class _Reader:
     """Builds values, and collects every fault on the way."""
 
     def __init__(self, concrete: Mapping[type, type]) -> None:
-        self.faults: list[str] = []
+        self.faults: list[Fault] = []
         self._concrete = concrete
 
     def dataclass(self, cls: type, value: object, path: str) -> object:
         """An instance of the dataclass, or of the one that stands for it; None where there is a fault."""
         if not isinstance(value, Mapping):
-            self.faults.append(f"{path or 'the file'}: wanted keys and values, got {_kind(value)}")
-            return None
+            return self._refuse(path, f"wanted keys and values, got {_kind(value)}")
         cls = self._concrete.get(cls, cls)
         fields = {field.name: field for field in dataclasses.fields(cls)}
         hints = get_type_hints(cls)
         before = len(self.faults)
         arguments: dict[str, object] = {}
         for key, entry in value.items():
-            place = f"{path}.{key}" if path else str(key)
+            place = dotted(path, str(key))
             if key not in fields:
                 known = sorted(fields)
                 hint = did_you_mean(str(key), known)
-                self.faults.append(f"unknown key {place!r}{hint}, known are {', '.join(known)}")
+                self._refuse(place, f"there is no such key{hint}, known are {', '.join(known)}")
                 continue
             arguments[str(key)] = self._value(hints[str(key)], entry, place)
         self.faults.extend(
-            f"missing key {f'{path}.{name}' if path else name!r}"
+            Fault(dotted(path, name), "is missing")
             for name, field in fields.items()
             if name not in value
             and field.default is dataclasses.MISSING
@@ -78,11 +75,15 @@ class _Reader:
     def _made(self, cls: type, arguments: Mapping[str, object], path: str) -> object:
         try:
             return cls(**arguments)
-        except (NavtoolError, ValueError) as error:
-            where, what, cure = Refusal.of(error, path, {field.name for field in dataclasses.fields(cls)})
-            hint = f" ({cure})" if cure else ""
-            self.faults.append(f"{where}: {what}{hint}" if where else f"{what}{hint}")
+        except SettingError as error:
+            self.faults.extend(error.below(path).faults)
             return None
+        except ValueError as error:
+            return self._refuse(path, str(error))
+
+    def _refuse(self, path: str, what: str) -> object:
+        self.faults.append(Fault(path, what))
+        return None
 
     def _value(self, hint: object, value: object, path: str) -> object:
         origin, arguments = get_origin(hint), get_args(hint)
@@ -98,8 +99,7 @@ class _Reader:
             return {str(key): self._value(arguments[1], entry, f"{path}.{key}") for key, entry in value.items()}
         if origin in (list, tuple, dict, Mapping):
             wanted = "a list" if origin in (list, tuple) else "keys and values"
-            self.faults.append(f"{path}: wanted {wanted}, got {_kind(value)}")
-            return None
+            return self._refuse(path, f"wanted {wanted}, got {_kind(value)}")
         if not isinstance(hint, type):
             raise TypeError(f"{path}: fields of type {hint} are not supported")
         return self.dataclass(hint, value, path) if dataclasses.is_dataclass(hint) else self._scalar(hint, value, path)
@@ -114,22 +114,19 @@ class _Reader:
     def _tuple(self, hints: Sequence[object], value: Sequence[object], path: str) -> object:
         each = [hints[0]] * len(value) if hints[-1] is Ellipsis else hints
         if len(each) != len(value):
-            self.faults.append(f"{path}: wanted {len(each)} values, got {len(value)}")
-            return None
+            return self._refuse(path, f"wanted {len(each)} values, got {len(value)}")
         return tuple(self._value(hint, value[i], f"{path}[{i}]") for i, hint in enumerate(each))
 
     def _scalar(self, hint: type, value: object, path: str) -> object:
         if issubclass(hint, Enum):
             if isinstance(value, str) and value in hint.__members__:
                 return hint[value]
-            self.faults.append(f"{path}: {value!r} is none of {', '.join(hint.__members__)}")
-            return None
+            return self._refuse(path, f"{value!r} is none of {', '.join(hint.__members__)}")
         if hint is float and isinstance(value, int) and not isinstance(value, bool):
             return float(value)
         if isinstance(value, hint) and (hint is bool or not isinstance(value, bool)):
             return value
-        self.faults.append(f"{path}: wanted {_NAMES.get(hint, hint.__name__)}, got {_kind(value)}")
-        return None
+        return self._refuse(path, f"wanted {_NAMES.get(hint, hint.__name__)}, got {_kind(value)}")
 
 
 _NAMES = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}

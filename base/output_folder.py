@@ -16,6 +16,7 @@ from navtool.base.file_lock import take_lock
 from navtool.base.files import read_json, write_json
 from navtool.base.from_plain import from_plain
 from navtool.base.plain import Dataclass, plain_fields
+from navtool.base.setting_error import SettingError
 
 LINEAGE = "lineage.json"
 """Usual name of the file that says what an output was made from, and what was reported of it."""
@@ -92,7 +93,10 @@ class OutputFolder:
         stored = found.get("report")
         stored = {**stored, "out": self.root.as_posix()} if isinstance(stored, dict) else {}
         names = {entry.name for entry in fields(report)}
-        return from_plain(report, {key: value for key, value in stored.items() if key in names}, where=file)
+        try:
+            return from_plain(report, {key: value for key, value in stored.items() if key in names}, where=file)
+        except SettingError as error:
+            raise DatasetsError(f"is damaged ({error.what})", where=file, cure=_OTHER) from error
 
     @contextmanager
     def staged(self, *, replace: bool = False) -> Iterator[Path]:

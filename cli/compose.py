@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from navtool.base.errors import NavtoolError
+from navtool.base.setting_error import SettingError
 
 _CURE = "the command's `--cfg job` prints every key with its value"
 _SCHEMA = re.compile(r" \w+_schema\b")
@@ -34,7 +35,8 @@ def compose[T](config: str, overrides: Sequence[str], result: type[T]) -> T:
     """The configuration that an override list gives.
 
     Raises:
-        UsageError: If an override is malformed, names an unknown key or gives a value out of range.
+        SettingError: If an override gives a value out of range.
+        UsageError: If an override is malformed, or names an unknown key.
     """
     from hydra import compose as hydra_compose
     from hydra import initialize_config_dir
@@ -73,7 +75,7 @@ def _fits(config: str, overrides: Sequence[str], result: type) -> bool:
     """Whether a configuration composes; another one of its overrides may be what is wrong with it."""
     try:
         compose(config, overrides, result)
-    except UsageError:
+    except (SettingError, UsageError):
         return False
     return True
 
@@ -114,21 +116,19 @@ def to_typed[T](composed: object, result: type[T]) -> T:
     """A composed configuration as the dataclass behind it, whose own checks run now.
 
     Raises:
-        UsageError: If a value is out of range.
+        SettingError: If values are out of range.
+        UsageError: If a value is missing, or of another type.
     """
     from omegaconf import OmegaConf
 
-    from navtool.base.refusal import Refusal
-    from navtool.cli.faulty_setting import refusal
+    from navtool.cli.faulty_setting import refused_settings
 
     try:
         with usage_errors():
             typed = OmegaConf.to_object(composed)
-    except (NavtoolError, ValueError) as error:
-        if isinstance(error, UsageError):
-            raise
-        refused = refusal(composed) or Refusal(None, _readable(error), None)
-        raise UsageError(refused.what, where=refused.where, cure=refused.cure or _CURE) from error
+    except SettingError as error:
+        # What OmegaConf builds does not know what it is a part of.
+        raise SettingError(*(refused_settings(composed) or error.faults), cure=_CURE) from error
     if not isinstance(typed, result):
         raise TypeError(f"composed {type(typed).__name__} instead of {result.__name__}")
     return typed
@@ -175,7 +175,7 @@ def wrong_call() -> Iterator[None]:
     """What navtool refuses within was called wrongly: a setting, or an output that is something else already."""
     try:
         yield
-    except UsageError:
+    except (SettingError, UsageError):
         raise
     except NavtoolError as error:
         raise UsageError(error.what, where=error.where, cure=error.cure) from error

@@ -1,38 +1,37 @@
-"""Which setting of a composed configuration its dataclass refuses, by the key that a user writes."""
+"""Which settings of a composed configuration their dataclasses refuse, by the keys that a user writes."""
 
 from collections.abc import Iterator
 
 from omegaconf import DictConfig, ListConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from navtool.base.errors import NavtoolError
-from navtool.base.refusal import Refusal
+from navtool.base.setting_error import Fault, SettingError, dotted
 
 
-def refusal(composed: object) -> Refusal | None:
-    """What the innermost dataclass that refuses its values says, with the whole key; None where none does."""
-    return _refusal(composed, "")
+def refused_settings(composed: object, group: str = "") -> list[Fault]:
+    """What the innermost dataclasses that refuse their values say, with the whole keys; none where none does.
 
-
-def _refusal(node: object, group: str) -> Refusal | None:
-    if not isinstance(node, DictConfig | ListConfig):
-        return None
-    for key, inner in _groups(node):
-        place = f"{group}[{key}]" if isinstance(node, ListConfig) else f"{group}.{key}" if group else str(key)
-        if (found := _refusal(inner, place)) is not None:
-            return found
+    Args:
+        composed: The configuration, or a group of it.
+        group: What the group is called.
+    """
+    if not isinstance(composed, DictConfig | ListConfig):
+        return []
+    faults = [fault for key, inner in _groups(composed, group) for fault in refused_settings(inner, key)]
+    if faults:
+        return faults
     try:
-        OmegaConf.to_object(node)
+        OmegaConf.to_object(composed)
     except OmegaConfBaseException:
-        return None
-    except (NavtoolError, ValueError) as error:
-        return Refusal.of(error, group, list(map(str, node)) if isinstance(node, DictConfig) else ())
-    return None
+        return []
+    except SettingError as error:
+        return list(error.below(group).faults)
+    return []
 
 
-def _groups(node: DictConfig | ListConfig) -> Iterator[tuple[str | int, object]]:
-    """The groups of settings in a group."""
-    keys = range(len(node)) if isinstance(node, ListConfig) else list(node)
-    for key in keys:
+def _groups(node: DictConfig | ListConfig, group: str) -> Iterator[tuple[str, object]]:
+    """The groups of settings in a group, by their whole keys."""
+    numbered = isinstance(node, ListConfig)
+    for key in range(len(node)) if numbered else list(node):
         if not OmegaConf.is_missing(node, key):
-            yield key, node[key]
+            yield f"{group}[{key}]" if numbered else dotted(group, str(key)), node[key]

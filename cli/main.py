@@ -6,6 +6,7 @@ import sys
 import typer
 
 from navtool.base.errors import NavtoolError
+from navtool.base.setting_error import SettingError
 from navtool.cli.check import check
 from navtool.cli.console import print_error
 from navtool.cli.demo import demo
@@ -70,7 +71,7 @@ def main() -> None:
         from navtool.cli.compose import UsageError
 
         print_error(str(error))
-        sys.exit(2 if isinstance(error, UsageError) else 1)
+        sys.exit(2 if isinstance(error, SettingError | UsageError) else 1)
     except ModuleNotFoundError as error:
         from navtool.cli.extras import missing_extra
 

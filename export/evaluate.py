@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from navtool.base.errors import DatasetsError
 from navtool.base.files import write_json
 from navtool.export.artefact import open_artefact
 from navtool.export.errors import ExportError
@@ -59,7 +58,7 @@ def evaluate_artefact(
         raise ExportError("an artefact does not know where its data set is", where=artefact, cure="name it with --data")
     try:
         config = read_config(opened.manifest.kind, opened.manifest.config, where=artefact / MANIFEST)
-    except DatasetsError as error:
+    except TrainError as error:
         raise ExportError(error.what, where=artefact / MANIFEST, cure="use the navtool that wrote it") from error
     place = torch_device(device)
     origin = Origin(artefact.as_posix(), "artefact", config, opened.manifest.lineage)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, fields
 from pathlib import Path, PurePath
 from typing import Any
 
-from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import from_plain
 from navtool.base.plain import plain_fields
+from navtool.base.setting_error import SettingError
 from navtool.export.errors import ExportError
 from navtool.train.contract import TensorSpec
 
@@ -100,7 +100,7 @@ def read_manifest(artefact: Path) -> Manifest:
     known = {entry.name for entry in fields(Manifest)}
     try:
         return from_plain(Manifest, {name: content[name] for name in content if name in known}, where=path)
-    except DatasetsError as error:
+    except SettingError as error:
         raise _damaged(path, error.what) from error
 
 

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Float64, Int64, Integer
 
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.cloud_neighbourhoods import (
     Neighbourhoods,
@@ -55,16 +57,18 @@ class CloudReliabilityConfig:
     """Number of points to look at, evenly spread over the cloud, at least 1."""
 
     def __post_init__(self) -> None:
-        for name in ("edge_weight", "planar_weight", "c_max", "c_min"):
-            if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; set a value in [0, 1]")
-        if self.c_min > self.c_max:
-            raise ValueError(f"c_min is {self.c_min}, above c_max {self.c_max}: a point would be an edge and planar")
-        if not 0 < self.reach < np.inf:
-            raise ValueError(f"reach is {self.reach} of a point's distance; set a positive value, such as 0.07")
-        for name, least in (("neighbours", 3), ("min_neighbours", 2), ("max_points", 1)):
-            if getattr(self, name) < least:
-                raise ValueError(f"{name} is {getattr(self, name)}; set at least {least}")
+        refuse(
+            outside(self, 0, 1, "edge_weight", "planar_weight", "c_max", "c_min"),
+            fault(
+                "c_min",
+                f"{self.c_min} is above c_max = {self.c_max}: a point would be an edge and planar",
+                when=self.c_min > self.c_max,
+            ),
+            outside(self, 0, np.inf, "reach", above=True, below=True, cure="give a share of a point's distance"),
+            outside(self, 3, np.inf, "neighbours"),
+            outside(self, 2, np.inf, "min_neighbours"),
+            outside(self, 1, np.inf, "max_points"),
+        )
 
 
 class CloudReliability(NamedTuple):

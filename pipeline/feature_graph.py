@@ -7,11 +7,14 @@ Reference:
     Laplacian is positive semi-definite) hold for every output of `feature_graph`.
 """
 
+import math
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.scripting import no_type_check
 
 
@@ -32,11 +35,10 @@ class FeatureGraphConfig:
 
     def __post_init__(self) -> None:
         """Refuse sizes and decays that make no graph."""
-        for name, size in zip(("image", "point", "velocity", "trajectory"), self.sizes(), strict=True):
-            if size < 1:
-                raise ValueError(f"graph.{name}={size} nodes: every encoder needs at least 1")
-        if not 0.0 < self.edge_decay <= 40.0:
-            raise ValueError(f"graph.edge_decay={self.edge_decay} is outside (0, 40]; the paper uses 15")
+        refuse(
+            outside(self, 1, math.inf, "image", "point", "velocity", "trajectory", unit="nodes"),
+            outside(self, 0, 40, "edge_decay", above=True, cure="the paper uses 15"),
+        )
 
     def sizes(self) -> list[int]:
         """Return the nodes per encoder in the order of the feature vector: image, point, velocity, trajectory."""

@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
 
 _BANDS = 8
@@ -38,14 +40,11 @@ class ImageReliabilityConfig:
     """
 
     def __post_init__(self) -> None:
-        for name in ("brightness_weight", "corner_weight"):
-            if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; set a value in [0, 1]")
-        if not 0 < self.corner_density_saturated <= 1:
-            value = self.corner_density_saturated
-            raise ValueError(f"corner_density_saturated is {value} corners per pixel; set a value in (0, 1]")
-        if not 1 <= self.fast_threshold <= 254:
-            raise ValueError(f"fast_threshold is {self.fast_threshold} grey levels; set a value in [1, 254]")
+        refuse(
+            outside(self, 0, 1, "brightness_weight", "corner_weight"),
+            outside(self, 0, 1, "corner_density_saturated", unit="corners per pixel", above=True),
+            outside(self, 1, 254, "fast_threshold", unit="grey levels"),
+        )
 
 
 class ImageReliability(NamedTuple):

@@ -1,10 +1,13 @@
 """How well predicted success probabilities agree with what happened: rates, ranking and calibration under a mask."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Shaped
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
 
 
@@ -19,10 +22,10 @@ class SuccessMetricsConfig:
     """Number of bins of equal width over [0, 1] for the expected calibration error, >= 1."""
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.success_threshold <= 1.0:
-            raise ValueError(f"success_threshold = {self.success_threshold} is outside [0, 1]; the paper uses 0.56")
-        if self.calibration_bins < 1:
-            raise ValueError(f"calibration_bins = {self.calibration_bins} must be at least 1")
+        refuse(
+            outside(self, 0, 1, "success_threshold", cure="the paper uses 0.56"),
+            outside(self, 1, math.inf, "calibration_bins"),
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,11 @@
 """The configuration of a training run."""
 
+import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.success_metrics import SuccessMetricsConfig
 from navtool.train.model_config import ModelConfig
 from navtool.train.splits import SplitConfig
@@ -38,12 +41,10 @@ class OptimizerConfig:
     """L2 penalty added to the gradient, >= 0."""
 
     def __post_init__(self) -> None:
-        if not self.learning_rate > 0.0:
-            raise ValueError(f"optimizer.learning_rate = {self.learning_rate} must be above 0; the paper uses 0.002")
-        if not self.weight_decay >= 0.0:
-            raise ValueError(
-                f"optimizer.weight_decay = {self.weight_decay} must not be negative; the paper uses 0.00025"
-            )
+        refuse(
+            outside(self, 0, math.inf, "learning_rate", above=True, cure="the paper uses 0.002"),
+            outside(self, 0, math.inf, "weight_decay", cure="the paper uses 0.00025"),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -75,20 +76,12 @@ class TrainerConfig:
     """Validation samples in TensorBoard's figure of predictions, >= 0; 0 draws none."""
 
     def __post_init__(self) -> None:
-        faults = [
-            f"trainer.{name} = {value} must be at least {least}"
-            for name, value, least in (
-                ("epochs", self.epochs, 1),
-                ("batch_size", self.batch_size, 2),
-                ("workers", self.workers, 0),
-                ("figure_samples", self.figure_samples, 0),
-            )
-            if value < least
-        ]
-        if self.gradient_clip is not None and not self.gradient_clip > 0.0:
-            faults.append(f"trainer.gradient_clip = {self.gradient_clip} must be above 0, or null for no clipping")
-        if faults:
-            raise ValueError("; ".join(faults))
+        refuse(
+            outside(self, 1, math.inf, "epochs"),
+            outside(self, 2, math.inf, "batch_size"),
+            outside(self, 0, math.inf, "workers", "figure_samples"),
+            outside(self, 0, math.inf, "gradient_clip", above=True, cure="null clips nothing"),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -117,8 +110,4 @@ class TrainConfig:
     """Seed of the weights, the order of samples and dropout, >= 0; on one machine, a CPU run is a function of it."""
 
     def __post_init__(self) -> None:
-        faults = self.model.faults(self.data)
-        if self.seed < 0:
-            faults.append(f"seed = {self.seed} must not be negative")
-        if faults:
-            raise ValueError("; ".join(faults))
+        refuse(self.model.faults(self.data), outside(self, 0, math.inf, "seed"))

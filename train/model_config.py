@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from navtool.base.setting_error import Fault
 from navtool.train.success.windows import DataConfig
 
 
@@ -10,7 +11,7 @@ from navtool.train.success.windows import DataConfig
 class ModelConfig:
     """The settings of a network; each kind of model has a class of its own, and is known by it."""
 
-    def faults(self, data: DataConfig) -> list[str]:
+    def faults(self, data: DataConfig) -> list[Fault]:
         """What in these settings does not fit those of the samples."""
         del data
         return []

@@ -3,7 +3,9 @@
 from pathlib import Path
 
 from navtool.base.from_plain import did_you_mean, from_plain
+from navtool.base.setting_error import SettingError
 from navtool.train.config import TrainConfig
+from navtool.train.errors import TrainError
 from navtool.train.graspe.kind import GRASPE
 from navtool.train.model_config import ModelConfig
 from navtool.train.model_kind import AnyKind
@@ -35,6 +37,9 @@ def read_config(name: str, content: object, *, where: Path) -> TrainConfig:
     """A run's configuration from its plain form; the name is one of the table's.
 
     Raises:
-        DatasetsError: A key or value is none of this configuration's.
+        TrainError: A key or value is none of this configuration's.
     """
-    return from_plain(TrainConfig, content, where=where, concrete={ModelConfig: MODELS[name].config})
+    try:
+        return from_plain(TrainConfig, content, where=where, concrete={ModelConfig: MODELS[name].config})
+    except SettingError as error:
+        raise TrainError(f"is damaged ({error.what})", where=where, cure="use the navtool that wrote it") from error

@@ -80,7 +80,7 @@ class RunFolder:
 
         Raises:
             TrainError: There is no run, or one of an unknown model or another schema version.
-            DatasetsError: The file is damaged.
+            DatasetsError: The file cannot be read.
         """
         if not self.path.is_dir():
             raise TrainError("no such folder", where=self.path, cure=_CURE)

@@ -6,6 +6,8 @@ from enum import StrEnum
 
 import numpy as np
 
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import refuse
 from navtool.train.errors import TrainError
 from navtool.train.source import EpisodeView
 
@@ -58,17 +60,17 @@ class SplitConfig:
     """Draws the groups. Apart from the training seed: runs of a sweep over seeds share their test data."""
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.val_fraction < 1.0:
-            raise ValueError(f"split.val_fraction = {self.val_fraction} must lie in (0, 1), such as 0.15")
-        if not 0.0 <= self.test_fraction < 1.0:
-            raise ValueError(f"split.test_fraction = {self.test_fraction} must lie in [0, 1), such as 0.15")
-        if self.val_fraction + self.test_fraction >= 1.0:
-            total = self.val_fraction + self.test_fraction
-            raise ValueError(f"split.val_fraction + split.test_fraction = {total} leaves nothing to train on")
         named = [*self.train_places, *self.val_places, *self.test_places]
         twice = sorted({name for name in named if named.count(name) > 1})
-        if twice:
-            raise ValueError(f"split: {', '.join(twice)} named in two splits; places are never shared")
+        total = self.val_fraction + self.test_fraction
+        refuse(
+            outside(self, 0, 1, "val_fraction", above=True, below=True, cure="such as 0.15"),
+            outside(self, 0, 1, "test_fraction", below=True, cure="such as 0.15"),
+        )
+        refuse(
+            fault("val_fraction", f"with test_fraction {total}, which leaves nothing to train on", when=total >= 1),
+            fault("", f"{', '.join(twice)} named in two splits; places are never shared", when=bool(twice)),
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,10 @@
 """Settings of ingest: the grid, the tolerances of each stream, the cloud, the reliabilities."""
 
-import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import refuse
 from navtool.datasets.streams.config import SyncConfig
 from navtool.pipeline.cloud_reliability import CloudReliabilityConfig
 from navtool.pipeline.image_reliability import ImageReliabilityConfig
@@ -43,9 +44,9 @@ class IngestConfig:
     """GrASPE eq. (3) to (5), on the cloud as recorded."""
 
     def __post_init__(self) -> None:
-        if self.place != PARENT and any(mark in self.place for mark in "{}"):
-            raise ValueError(f"place = {self.place}: a name, or {PARENT} for the name of each recording's folder")
-        if not 1 <= self.fps <= 60:
-            raise ValueError(f"fps = {self.fps} Hz is outside 1 to 60 Hz")
-        if not (math.isfinite(self.voxel_m) and 0.001 <= self.voxel_m <= 2):
-            raise ValueError(f"voxel_m = {self.voxel_m} m is outside 0.001 to 2 m")
+        name = f"{self.place}: a name, or {PARENT} for the name of each recording's folder"
+        refuse(
+            fault("place", name, when=self.place != PARENT and any(mark in self.place for mark in "{}")),
+            outside(self, 1, 60, "fps", unit="Hz"),
+            outside(self, 0.001, 2, "voxel_m", unit="m"),
+        )

@@ -1,19 +1,11 @@
 """Settings of labelling: when a rule calls a portion failed, and how far a driven path may leave a predicted one."""
 
-import math
 from dataclasses import dataclass, field
 
-from navtool.base.errors import DatasetsError
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 
-
-def _require(value: float, high: float, where: str, unit: str) -> None:
-    if not (math.isfinite(value) and 0.0 < value <= high):
-        space = " " if unit else ""
-        raise DatasetsError(
-            f"{value:g}{space}{unit} is outside (0, {high:g}]{space}{unit}",
-            where=where,
-            cure=f"give it in {unit}" if unit else "give a share of one",
-        )
+_SHARE = "give a share of one"
 
 
 @dataclass(kw_only=True, slots=True)
@@ -40,14 +32,15 @@ class CollisionConfig:
     """Written into ``label.confidence``, in (0, 1]."""
 
     def __post_init__(self) -> None:
-        _require(self.spike_mps2, 500.0, "collision.spike_mps2", "m/s2")
-        _require(self.spike_sigmas, 100.0, "collision.spike_sigmas", "sigmas")
-        _require(self.baseline_s, 60.0, "collision.baseline_s", "s")
-        _require(self.speed_before_mps, 50.0, "collision.speed_before_mps", "m/s")
-        _require(self.speed_after_mps, self.speed_before_mps, "collision.speed_after_mps", "m/s")
-        _require(self.stop_within_s, 10.0, "collision.stop_within_s", "s")
-        _require(self.after_s, 60.0, "collision.after_s", "s")
-        _require(self.confidence, 1.0, "collision.confidence", "")
+        refuse(
+            outside(self, 0, 500, "spike_mps2", unit="m/s2", above=True),
+            outside(self, 0, 100, "spike_sigmas", unit="sigmas", above=True),
+            outside(self, 0, 60, "baseline_s", "after_s", unit="s", above=True),
+            outside(self, 0, 50, "speed_before_mps", unit="m/s", above=True),
+            outside(self, 0, self.speed_before_mps, "speed_after_mps", unit="m/s", above=True),
+            outside(self, 0, 10, "stop_within_s", unit="s", above=True),
+            outside(self, 0, 1, "confidence", above=True, cure=_SHARE),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -70,12 +63,14 @@ class StuckConfig:
     """Written into ``label.confidence``, in (0, 1]."""
 
     def __post_init__(self) -> None:
-        _require(self.command_mps, 50.0, "stuck.command_mps", "m/s")
-        _require(self.command_radps, 20.0, "stuck.command_radps", "rad/s")
-        _require(self.moved_mps, self.command_mps, "stuck.moved_mps", "m/s")
-        _require(self.moved_radps, self.command_radps, "stuck.moved_radps", "rad/s")
-        _require(self.at_least_s, 600.0, "stuck.at_least_s", "s")
-        _require(self.confidence, 1.0, "stuck.confidence", "")
+        refuse(
+            outside(self, 0, 50, "command_mps", unit="m/s", above=True),
+            outside(self, 0, 20, "command_radps", unit="rad/s", above=True),
+            outside(self, 0, self.command_mps, "moved_mps", unit="m/s", above=True),
+            outside(self, 0, self.command_radps, "moved_radps", unit="rad/s", above=True),
+            outside(self, 0, 600, "at_least_s", unit="s", above=True),
+            outside(self, 0, 1, "confidence", above=True, cure=_SHARE),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -94,10 +89,11 @@ class FallConfig:
     """Written into ``label.confidence``, in (0, 1]."""
 
     def __post_init__(self) -> None:
-        _require(self.tilt_rad, 3.2, "fall.tilt_rad", "rad")
-        _require(self.at_least_s, 60.0, "fall.at_least_s", "s")
-        _require(self.gravity_s, 60.0, "fall.gravity_s", "s")
-        _require(self.confidence, 1.0, "fall.confidence", "")
+        refuse(
+            outside(self, 0, 3.2, "tilt_rad", unit="rad", above=True),
+            outside(self, 0, 60, "at_least_s", "gravity_s", unit="s", above=True),
+            outside(self, 0, 1, "confidence", above=True, cure=_SHARE),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -110,7 +106,7 @@ class InterventionConfig:
     """Written into ``label.confidence``, in (0, 1]."""
 
     def __post_init__(self) -> None:
-        _require(self.confidence, 1.0, "intervention.confidence", "")
+        refuse(outside(self, 0, 1, "confidence", above=True, cure=_SHARE))
 
 
 @dataclass(kw_only=True, slots=True)
@@ -136,6 +132,7 @@ class LabelConfig:
     """
 
     def __post_init__(self) -> None:
-        _require(self.success_confidence, 1.0, "success_confidence", "")
-        _require(self.event_confidence, 1.0, "event_confidence", "")
-        _require(self.max_deviation_m, 100.0, "max_deviation_m", "m")
+        refuse(
+            outside(self, 0, 1, "success_confidence", "event_confidence", above=True, cure=_SHARE),
+            outside(self, 0, 100, "max_deviation_m", unit="m", above=True),
+        )

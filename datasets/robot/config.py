@@ -1,6 +1,7 @@
 """What is fixed about a robot: its topics, frames, joints, mounting and size."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import yaml
 from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import from_plain
 from navtool.base.plain import LEFT_OUT_WHILE_EMPTY, plain
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import Fault, refuse
 from navtool.base.yaml_text import load_yaml
 from navtool.datasets.streams.table import FRONT, POSED, SENSOR_NAME, STREAMS, further, in_order, row_of, sensor_of
 
@@ -51,18 +54,17 @@ class TopicCandidates:
     def __post_init__(self) -> None:
         for entry in fields(self):
             names: list[str] = getattr(self, entry.name)
-            _refuse_empty(names, f"topics.{entry.name}")
-            if NO_TOPIC in names and len(names) > 1:
-                raise DatasetsError(
-                    f"'{NO_TOPIC}' stands beside topics in {names}",
-                    where=f"topics.{entry.name}",
-                    cure=f"write [{NO_TOPIC}] alone to leave the stream out, or remove it",
-                )
+            mixed = NO_TOPIC in names and len(names) > 1
+            alone = f"write [{NO_TOPIC}] alone to leave the stream out, or remove it"
+            refuse(
+                _empty_name(entry.name, names),
+                fault(entry.name, f"'{NO_TOPIC}' stands beside topics in {names}", alone, when=mixed),
+            )
 
 
-def _refuse_empty(names: list[str], where: str) -> None:
-    if any(not name.strip("/ ") for name in names):
-        raise DatasetsError(f"an empty topic name in {names}", where=where, cure="remove it, or name a topic")
+def _empty_name(key: str, names: list[str]) -> list[Fault]:
+    empty = any(not name.strip("/ ") for name in names)
+    return fault(key, f"an empty topic name in {names}", "remove it, or name a topic", when=empty)
 
 
 @dataclass(kw_only=True, slots=True)
@@ -87,27 +89,26 @@ class CameraFallback:
     """Coefficients in OpenCV's order; plumb_bob 4 or 5, rational_polynomial 8, equidistant 4."""
 
     def __post_init__(self) -> None:
-        for name in ("width", "height", "fx", "fy"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise DatasetsError(
-                    f"{name} = {value} px is not positive",
-                    where="camera",
-                    cure="give it in pixels of the calibrated image",
-                )
-        lengths = _DISTORTION_LENGTHS.get(self.distortion_model)
-        if lengths is None:
-            raise DatasetsError(
-                f"unknown distortion model {self.distortion_model!r}",
-                where="camera.distortion_model",
-                cure=f"use one of {', '.join(_DISTORTION_LENGTHS)}",
-            )
-        if len(self.distortion) not in lengths or not all(math.isfinite(value) for value in self.distortion):
-            raise DatasetsError(
+        pixels = ("width", "height", "fx", "fy")
+        calibrated = "give it in pixels of the calibrated image"
+        lengths = _DISTORTION_LENGTHS.get(self.distortion_model, ())
+        known = bool(lengths)
+        wrong = len(self.distortion) not in lengths or not all(map(math.isfinite, self.distortion))
+        refuse(
+            outside(self, 0, math.inf, *pixels, unit="px", above=True, below=True, cure=calibrated),
+            fault(
+                "distortion_model",
+                f"there is no distortion model {self.distortion_model!r}",
+                f"use one of {', '.join(_DISTORTION_LENGTHS)}",
+                when=not known,
+            ),
+            fault(
+                "distortion",
                 f"{self.distortion} are not the coefficients of {self.distortion_model}",
-                where="camera.distortion",
-                cure=f"give {' or '.join(map(str, lengths))} finite numbers",
-            )
+                f"give {' or '.join(map(str, lengths))} finite numbers",
+                when=known and wrong,
+            ),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -122,14 +123,14 @@ class Mounting:
     def __post_init__(self) -> None:
         for name, unit in (("xyz_m", "metres"), ("rpy_rad", "radians")):
             values: list[float] = getattr(self, name)
-            if len(values) != 3 or not all(math.isfinite(value) for value in values):
-                raise DatasetsError(
-                    f"{values} are not three finite numbers", where=name, cure=f"give three numbers in {unit}"
-                )
-        if any(abs(value) > 2 * math.pi for value in self.rpy_rad):
-            raise DatasetsError(
-                f"{self.rpy_rad} rad is more than a full turn", where="rpy_rad", cure="give radians, not degrees"
+            three = len(values) == 3 and all(map(math.isfinite, values))
+            refuse(
+                fault(name, f"{values} are not three finite numbers", f"give three numbers in {unit}", when=not three)
             )
+        turned = any(abs(value) > 2 * math.pi for value in self.rpy_rad)
+        refuse(
+            fault("rpy_rad", f"{self.rpy_rad} rad is more than a full turn", "give radians, not degrees", when=turned),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -142,11 +143,11 @@ class FurtherSensor:
     """Pose where tf has no path to the base frame."""
 
     def __post_init__(self) -> None:
-        if not self.topics or NO_TOPIC in self.topics:
-            raise DatasetsError(
-                f"{self.topics} names no topic", where="topics", cure="name its topic, or remove the sensor"
-            )
-        _refuse_empty(self.topics, "topics")
+        without = not self.topics or NO_TOPIC in self.topics
+        refuse(
+            fault("topics", f"{self.topics} names no topic", "name its topic, or remove the sensor", when=without),
+            _empty_name("topics", self.topics),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -186,14 +187,12 @@ class JoyCommand:
     """Button without which the robot stands; -1 for none."""
 
     def __post_init__(self) -> None:
-        for name in ("forward_axis", "turn_axis"):
-            if not 0 <= getattr(self, name) < 64:
-                raise DatasetsError(f"{name} = {getattr(self, name)}", where="joy", cure="count the axes from 0")
-        if not 0 <= self.dead_zone < 1:
-            raise DatasetsError(f"dead_zone = {self.dead_zone}", where="joy", cure="give a share in [0, 1)")
-        for name in ("forward_mps", "turn_radps", "left_mps"):
-            if not abs(getattr(self, name)) <= 50:
-                raise DatasetsError(f"{name} = {getattr(self, name)}", where="joy", cure="give m/s and rad/s")
+        refuse(
+            outside(self, 0, 63, "forward_axis", "turn_axis", cure="count the axes from 0"),
+            outside(self, 0, 1, "dead_zone", below=True, cure="give a share"),
+            outside(self, -50, 50, "forward_mps", "left_mps", unit="m/s"),
+            outside(self, -50, 50, "turn_radps", unit="rad/s"),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -233,51 +232,36 @@ class RobotConfig:
     """Further LiDARs by name."""
 
     def __post_init__(self) -> None:
-        if not self.name.strip():
-            raise DatasetsError("the robot has no name", where="name", cure="give one, such as husky")
-        if not self.base_frame.strip():
-            raise DatasetsError(
-                "the base frame has no name", where="base_frame", cure="give a tf frame, such as base_link"
-            )
-        if not 0.0 <= self.base_height_m <= 5.0:
-            raise DatasetsError(
-                f"{self.base_height_m} m is outside [0, 5] m",
-                where="base_height_m",
-                cure="give the height of the base frame's origin above the ground in metres",
-            )
-        if not 0.0 < self.width_m <= 5.0:
-            raise DatasetsError(
-                f"{self.width_m} m is outside (0, 5] m", where="width_m", cure="give the robot's width in metres"
-            )
-        if self.battery_current_sign not in (-1, 0, 1):
-            raise DatasetsError(
+        signs = (
+            "give 1 where a discharging current is positive in the recordings, -1 where it is negative, 0 where that "
+            "is not known"
+        )
+        joints = sorted({joint for joint in self.joint_names if self.joint_names.count(joint) > 1})
+        sensors = sorted(set(self.mounting) - set(POSED))
+        refuse(
+            fault("name", "the robot has no name", "give one, such as husky", when=not self.name.strip()),
+            fault("base_frame", "is empty", "give a tf frame, such as base_link", when=not self.base_frame.strip()),
+            outside(self, 0, 5, "base_height_m", unit="m", cure="give the base frame's height above the ground"),
+            outside(self, 0, 5, "width_m", unit="m", above=True, cure="give the robot's width in metres"),
+            fault(
+                "battery_current_sign",
                 f"{self.battery_current_sign} is none of -1, 0 and 1",
-                where="battery_current_sign",
-                cure="give 1 where a discharging current is positive in the recordings, -1 where it is negative, 0 "
-                "where that is not known",
-            )
-        if not abs(self.odometry_yaw_rad) <= math.pi:
-            raise DatasetsError(
+                signs,
+                when=self.battery_current_sign not in (-1, 0, 1),
+            ),
+            fault(
+                "odometry_yaw_rad",
                 f"{self.odometry_yaw_rad} rad is more than half a turn",
-                where="odometry_yaw_rad",
-                cure="give radians in [-pi, pi], not degrees",
-            )
-        repeated = sorted({joint for joint in self.joint_names if self.joint_names.count(joint) > 1})
-        if repeated:
-            raise DatasetsError(f"{', '.join(repeated)} named twice", where="joint_names", cure="name every joint once")
-        unknown = sorted(set(self.mounting) - set(POSED))
-        if unknown:
-            raise DatasetsError(
-                f"unknown sensors {', '.join(unknown)}", where="mounting", cure=f"known are {', '.join(POSED)}"
-            )
-        for group, names in (("cameras", self.cameras), ("lidars", self.lidars)):
-            for name in names:
-                if not SENSOR_NAME.fullmatch(name) or (group, name) == ("cameras", FRONT):
-                    raise DatasetsError(
-                        f"a sensor cannot be called {name!r}",
-                        where=group,
-                        cure="use small letters, digits and _, a letter first; the first camera alone is 'front'",
-                    )
+                "give radians in [-pi, pi], not degrees",
+                when=not abs(self.odometry_yaw_rad) <= math.pi,
+            ),
+            fault("joint_names", f"{', '.join(joints)} named twice", "name every joint once", when=bool(joints)),
+            fault(
+                "mounting", f"unknown sensors {', '.join(sensors)}", f"known are {', '.join(POSED)}", when=bool(sensors)
+            ),
+            _unfit_names("cameras", self.cameras),
+            _unfit_names("lidars", self.lidars),
+        )
 
     def candidates(self) -> dict[str, list[str]]:
         """Candidate topics by stream, in the order of the stream table, a further sensor's behind the first one's."""
@@ -305,11 +289,19 @@ class RobotConfig:
         return f"cameras.{sensor}.calibration", self.cameras[sensor].calibration if sensor in self.cameras else None
 
 
+def _unfit_names(group: str, names: Iterable[str]) -> list[Fault]:
+    """The names that further sensors cannot have."""
+    cure = "use small letters, digits and _, a letter first; the first camera alone is 'front'"
+    unfit = [name for name in names if not SENSOR_NAME.fullmatch(name) or (group, name) == ("cameras", FRONT)]
+    return [Fault(group, f"a sensor cannot be called {name!r}", cure) for name in unfit]
+
+
 def load_robot_file(path: Path) -> RobotConfig:
     """The robot described by a YAML file, as ``save_robot_file`` writes it.
 
     Raises:
-        DatasetsError: If the file cannot be read, is not YAML, or has unknown keys or wrong values; all are named.
+        DatasetsError: If the file cannot be read, or is not YAML.
+        SettingError: If it has unknown keys or wrong values; all are named.
     """
     try:
         content = load_yaml(path.read_text(encoding="utf-8"))

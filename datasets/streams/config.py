@@ -1,9 +1,10 @@
 """Settings of time: each stream's clock, method and tolerance."""
 
-import math
 from dataclasses import dataclass, field
 
 from navtool.base.plain import LEFT_OUT_WHILE_EMPTY
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import Fault, refuse
 from navtool.datasets.streams.clock import Clock
 from navtool.datasets.streams.sync import Method
 from navtool.datasets.streams.table import GRIDDED, STREAMS, is_large, row_of, sensor_of
@@ -25,6 +26,9 @@ class StreamSync(StreamClock):
     """nearest, hold or linear; frames and clouds are never mixed, so for them not linear."""
     tolerance_s: float
     """nearest: how far from the tick; hold: how old; linear: how far apart the two around it. In (0, 60] seconds."""
+
+    def __post_init__(self) -> None:
+        refuse(outside(self, 0, 60, "tolerance_s", unit="s", above=True))
 
 
 @dataclass(kw_only=True, slots=True)
@@ -72,18 +76,14 @@ class SyncConfig:
     """Steps of a header clock beyond this are taken out: behind them, time goes on at the pace of record."""
 
     def __post_init__(self) -> None:
-        seconds = {"clock_step_s": self.clock_step_s}
-        gridded: dict[str, StreamSync] = {name: getattr(self, name) for name in GRIDDED}
-        large = {name: settings for name, settings in gridded.items() if is_large(name)}
-        for group, settings in (("cameras", self.cameras), ("lidars", self.lidars)):
-            large |= {f"{group}.{name}": entry for name, entry in settings.items()}
-        seconds |= {f"{name}.tolerance_s": entry.tolerance_s for name, entry in (gridded | large).items()}
-        for name, value in seconds.items():
-            if not (math.isfinite(value) and 0 < value <= 60):
-                raise ValueError(f"sync.{name} = {value} s is outside (0, 60] s")
-        for name, entry in large.items():
-            if entry.method is Method.linear:
-                raise ValueError(f"sync.{name}.method = linear: images and clouds are not mixed; use nearest or hold")
+        large: dict[str, StreamSync] = {name: getattr(self, name) for name in GRIDDED if is_large(name)}
+        for group, further in (("cameras", self.cameras), ("lidars", self.lidars)):
+            large |= {f"{group}.{name}": entry for name, entry in further.items()}
+        what, cure = "linear: images and clouds are not mixed", "use nearest or hold"
+        refuse(
+            outside(self, 0, 60, "clock_step_s", unit="s", above=True),
+            [Fault(f"{name}.method", what, cure) for name, entry in large.items() if entry.method is Method.linear],
+        )
 
     def of(self, stream: str) -> StreamSync | None:
         """How a stream is brought onto the grid, a further sensor as the first one unless set; None where it is not."""

@@ -3,6 +3,9 @@
 import math
 from dataclasses import dataclass, field
 
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import refuse
+
 
 @dataclass(kw_only=True, slots=True)
 class GoalConfig:
@@ -14,7 +17,13 @@ class GoalConfig:
     """A fixed goal instead, x and y in the odometry frame in metres; empty for none."""
 
     def __post_init__(self) -> None:
-        if not 0.5 <= self.ahead_m <= 100:
-            raise ValueError(f"goal.ahead_m = {self.ahead_m} m is outside 0.5-100 m")
-        if len(self.odom_m) not in (0, 2) or not all(math.isfinite(value) for value in self.odom_m):
-            raise ValueError(f"goal.odom_m = {self.odom_m} has to be [x, y] in metres, or [] for where the robot drove")
+        whole = len(self.odom_m) in (0, 2) and all(map(math.isfinite, self.odom_m))
+        refuse(
+            outside(self, 0.5, 100, "ahead_m", unit="m"),
+            fault(
+                "odom_m",
+                f"{self.odom_m} is not a place of finite numbers",
+                "give [x, y] in metres, or [] for where the robot drove",
+                when=not whole,
+            ),
+        )

@@ -9,6 +9,8 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64
 
 from navtool.base.errors import DatasetsError
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.streams.motion import Motion
 from navtool.methods.along.observation import Reading, Skip, Ticks
@@ -56,10 +58,10 @@ class SweepConfig:
     """Poses of the odometry further apart than this are not interpolated between, in (0, 60] seconds."""
 
     def __post_init__(self) -> None:
-        if not 0 <= self.robot_radius_m <= 5:
-            raise ValueError(f"robot_radius_m = {self.robot_radius_m} m is outside 0-5 m; 0 keeps all points")
-        if not 0 < self.odometry_gap_s <= 60:
-            raise ValueError(f"odometry_gap_s = {self.odometry_gap_s} s is outside (0, 60] s")
+        refuse(
+            outside(self, 0, 5, "robot_radius_m", unit="m", cure="0 keeps all points"),
+            outside(self, 0, 60, "odometry_gap_s", unit="s", above=True),
+        )
 
 
 class Sweeps(Ticks[Sweep]):

@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import refuse
 from navtool.methods.along.config import GoalConfig
 from navtool.methods.along.sweeps import SweepConfig
 from navtool.pipeline.intensity_map.config import IntensityMapConfig
@@ -32,10 +34,7 @@ class OutputConfig:
     """Frames of the video."""
 
     def __post_init__(self) -> None:
-        every = {name: getattr(self, name) for name in self.__slots__}
-        for name, value in every.items():
-            if not 0 <= value <= 100_000:
-                raise ValueError(f"outputs.{name} = {value} is outside 0-100000; 0 writes none")
+        refuse(outside(self, 0, 100_000, *self.__slots__, cure="0 writes none"))
 
 
 @dataclass(kw_only=True, slots=True)
@@ -55,9 +54,14 @@ class SensorMapConfig:
 
     def __post_init__(self) -> None:
         full_scale = self.map.layers.full_scale
-        if not (math.isfinite(self.largest_intensity) and self.largest_intensity >= full_scale):
-            what = f"largest_intensity = {self.largest_intensity:g} is less than map.layers.full_scale = {full_scale:g}"
-            raise ValueError(f"{what}; choose the sensor's preset with sensor=, or set both")
+        refuse(
+            fault(
+                "largest_intensity",
+                f"{self.largest_intensity:g} is less than map.layers.full_scale = {full_scale:g}",
+                "choose the sensor's preset with sensor=, or set both",
+                when=not (math.isfinite(self.largest_intensity) and self.largest_intensity >= full_scale),
+            )
+        )
 
 
 @dataclass(kw_only=True, slots=True)

@@ -1,6 +1,8 @@
 """The threshold between solid and pliable, and the heights that go with it, from sweeps whose truth is known."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from typing import NamedTuple
 
@@ -9,6 +11,8 @@ import numpy as np
 from jaxtyping import Float32, UInt8
 
 from navtool.base.errors import DatasetsError
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import Fault, SettingError, refuse
 from navtool.methods.along.sweeps import Sweep
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import IntensityMapConfig, LayerConfig
@@ -33,12 +37,25 @@ class ThresholdFitConfig:
     """Values of ``ground_margin_m`` that are tried, in metres."""
 
     def __post_init__(self) -> None:
-        if not 0 <= self.every_s <= 60:
-            raise ValueError(f"every_s = {self.every_s} s is outside 0-60 s; 0 takes every sweep")
-        if not (self.heights_m and self.ground_margins_m):
-            raise ValueError("heights_m and ground_margins_m need one value at least")
-        for height_m, margin_m in product(self.heights_m, self.ground_margins_m):
-            LayerConfig(height_m=height_m, ground_margin_m=margin_m)
+        refuse(
+            outside(self, 0, 60, "every_s", unit="s", cure="0 takes every sweep"),
+            fault("heights_m", "is empty", "give one value at least", when=not self.heights_m),
+            fault("ground_margins_m", "is empty", "give one value at least", when=not self.ground_margins_m),
+            *(_refused("heights_m", partial(LayerConfig, height_m=value)) for value in self.heights_m),
+            *(
+                _refused("ground_margins_m", partial(LayerConfig, ground_margin_m=value))
+                for value in self.ground_margins_m
+            ),
+        )
+
+
+def _refused(key: str, tried: Callable[[], LayerConfig]) -> list[Fault]:
+    """What the layers say of a height that is to be tried."""
+    try:
+        tried()
+    except SettingError as error:
+        return [entry._replace(key=key) for entry in error.faults]
+    return []
 
 
 class Candidate(NamedTuple):

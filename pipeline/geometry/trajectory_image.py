@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float, Float64, Int64, UInt8
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.clip_polygons import clip_to_disc, clip_to_half_space
@@ -35,12 +37,11 @@ class TrajectoryImageConfig:
     """Ground nearer to the camera than this, in metres along its optical axis, is cut off; above 0."""
 
     def __post_init__(self) -> None:
-        for name in ("robot_width_m", "dt_s", "near_m"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise ValueError(f"{name} is {value}; set a positive value in {'s' if name == 'dt_s' else 'm'}")
-        if self.horizon < 1:
-            raise ValueError(f"horizon is {self.horizon} steps; set at least 1")
+        refuse(
+            outside(self, 0, np.inf, "robot_width_m", "near_m", unit="m", above=True, below=True),
+            outside(self, 0, np.inf, "dt_s", unit="s", above=True, below=True),
+            outside(self, 1, np.inf, "horizon", unit="steps"),
+        )
 
 
 def trajectory_image(

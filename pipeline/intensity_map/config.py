@@ -4,6 +4,9 @@ import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import refuse
+
 
 class Reduction(StrEnum):
     """What a cell of a layer holds of its points' intensities."""
@@ -33,10 +36,12 @@ class GridConfig:
     """g, side of a cell in metres, 0.01 to 2."""
 
     def __post_init__(self) -> None:
-        if not 16 <= self.cells <= 2000 or self.cells % 2:
-            raise ValueError(f"grid.cells = {self.cells} has to be an even number of 16 to 2000; the paper uses 200")
-        if not 0.01 <= self.cell_m <= 2:
-            raise ValueError(f"grid.cell_m = {self.cell_m} m is outside 0.01-2 m")
+        even = "give an even number; the paper uses 200"
+        refuse(
+            outside(self, 16, 2000, "cells", cure=even),
+            fault("cells", f"{self.cells} is odd", even, when=bool(self.cells % 2)),
+            outside(self, 0.01, 2, "cell_m", unit="m"),
+        )
 
     @property
     def half_m(self) -> float:
@@ -67,14 +72,12 @@ class LayerConfig:
     """What a cell holds: sum, mean or max."""
 
     def __post_init__(self) -> None:
-        if not 0 < self.flat_rad <= 0.2 or not 0 < self.flat_m <= 1:
-            raise ValueError(f"need 0 < flat_rad <= 0.2 and 0 < flat_m <= 1, got {self.flat_rad} and {self.flat_m} m")
-        for name in ("height_m", "sensor_height_m", "full_scale"):
-            value: float = getattr(self, name)
-            if not (value > 0 and math.isfinite(value)):
-                raise ValueError(f"{name} = {value} has to be above 0")
-        if not 0 <= self.ground_margin_m <= 2:
-            raise ValueError(f"ground_margin_m = {self.ground_margin_m} m is outside 0-2 m; 0 keeps the ground")
+        refuse(
+            outside(self, 0, 0.2, "flat_rad", unit="rad", above=True),
+            outside(self, 0, 1, "flat_m", unit="m", above=True),
+            outside(self, 0, math.inf, "height_m", "sensor_height_m", "full_scale", above=True, below=True),
+            outside(self, 0, 2, "ground_margin_m", unit="m", cure="0 keeps the ground"),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -87,10 +90,10 @@ class ObstacleConfig:
     """Intensities and points of cells up to so far away count as the cell's own, 0 to 10; 0 is eq. 3 as printed."""
 
     def __post_init__(self) -> None:
-        if not self.threshold > 0:
-            raise ValueError(f"threshold = {self.threshold} has to be above 0; measure one on labelled clouds")
-        if not 0 <= self.pooling_cells <= 10:
-            raise ValueError(f"pooling_cells = {self.pooling_cells} is outside 0-10")
+        refuse(
+            outside(self, 0, math.inf, "threshold", above=True, cure="measure one on labelled clouds"),
+            outside(self, 0, 10, "pooling_cells"),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -122,14 +125,14 @@ class GlassConfig:
     """The robot goes no faster, in metres a second, 0 to 50."""
 
     def __post_init__(self) -> None:
-        if not 0 < self.intensity <= 1 or self.points < 3 or self.clouds < 1:
-            what = f"intensity {self.intensity}, {self.points} points, {self.clouds} clouds"
-            raise ValueError(f"{what}: need an intensity in (0, 1], 3 points and 1 cloud at least")
-        if not 0 < self.incidence_rad < 1.5 or not 0 <= self.extend_m <= 10:
-            raise ValueError(f"need 0 < incidence_rad < 1.5 and extend_m in 0-10 m, got {self}")
-        for name in ("mixed", "thickness_m", "decay_s", "jump_m"):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"{name} = {getattr(self, name)} has to be above 0")
+        refuse(
+            outside(self, 0, 1, "intensity", above=True),
+            outside(self, 3, math.inf, "points"),
+            outside(self, 1, math.inf, "clouds"),
+            outside(self, 0, 1.5, "incidence_rad", unit="rad", above=True, below=True),
+            outside(self, 0, 10, "extend_m", unit="m"),
+            outside(self, 0, math.inf, "mixed", "thickness_m", "decay_s", "jump_m", above=True),
+        )
 
 
 class Inflation(StrEnum):
@@ -155,12 +158,12 @@ class InflationConfig:
     """How far obstacles grow in every direction with adaptive inflation, 0 to (e - 1) / 2: half the robot's width."""
 
     def __post_init__(self) -> None:
-        if not 1 <= self.size_cells <= 101 or self.size_cells % 2 == 0:
-            raise ValueError(f"inflation.size_cells = {self.size_cells} has to be an odd number of 1 to 101")
         reach = (self.size_cells - 1) // 2
-        if not 0 <= self.padding_cells <= reach or not 0 <= self.minor_cells <= reach:
-            what = f"padding_cells = {self.padding_cells} and minor_cells = {self.minor_cells}"
-            raise ValueError(f"{what} have to be within 0-{reach}, half of size_cells = {self.size_cells}")
+        refuse(
+            outside(self, 1, 101, "size_cells", cure="give an odd number"),
+            fault("size_cells", f"{self.size_cells} is even", "give an odd number", when=self.size_cells % 2 == 0),
+        )
+        refuse(outside(self, 0, reach, "padding_cells", "minor_cells", cure="give at most half of size_cells"))
 
 
 @dataclass(kw_only=True, slots=True)
@@ -177,11 +180,17 @@ class IntensityMapConfig:
 
     def __post_init__(self) -> None:
         threshold, reduction = self.obstacles.threshold, self.layers.reduction
-        if threshold >= 1 and reduction is not Reduction.sum:
-            what = f"obstacles.threshold = {threshold:g} is not below 1, in units of R with reduction {reduction.value}"
-            raise ValueError(f"{what}: nothing would be solid")
-        if not self.robot_radius_m > 0:
-            raise ValueError(f"robot_radius_m = {self.robot_radius_m} m has to be above 0")
-        if self.inflation.size_cells > self.grid.cells:
-            what = f"inflation.size_cells = {self.inflation.size_cells} is more than grid.cells = {self.grid.cells}"
-            raise ValueError(f"{what}; take a larger grid or a smaller kernel")
+        refuse(
+            fault(
+                "obstacles.threshold",
+                f"{threshold:g} is not below 1, in units of R with reduction {reduction.value}: nothing would be solid",
+                when=threshold >= 1 and reduction is not Reduction.sum,
+            ),
+            outside(self, 0, math.inf, "robot_radius_m", unit="m", above=True),
+            fault(
+                "inflation.size_cells",
+                f"{self.inflation.size_cells} is more than grid.cells = {self.grid.cells}",
+                "take a larger grid or a smaller kernel",
+                when=self.inflation.size_cells > self.grid.cells,
+            ),
+        )

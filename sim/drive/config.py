@@ -1,8 +1,11 @@
 """What a drive is to be: who drives, for how long, how fast, from where."""
 
+import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import refuse
 from navtool.sim.drive.script import Order, Waypoint
 
 
@@ -55,17 +58,23 @@ class DriveConfig:
     """Where it starts; None is anywhere free for the random driver, and the place's start for the others."""
 
     def __post_init__(self) -> None:
-        if not 1.0 <= self.duration_s <= 3600.0:
-            raise ValueError(f"duration_s is {self.duration_s} s; a drive takes 1 to 3600 s")
-        for name in ("careful", "mischief", "wander"):
-            value: float = getattr(self, name)
-            if not 0.0 <= value <= 1.0:
-                raise ValueError(f"{name} is {value}; it is a share, 0 to 1")
-        if len(self.speed_mps) != 2 or not 0.0 < self.speed_mps[0] <= self.speed_mps[1]:
-            raise ValueError(f"speed_mps is {self.speed_mps}; give the least and the largest speed, above 0 m/s")
-        if not self.turn_radps > 0.0:
-            raise ValueError(f"turn_radps is {self.turn_radps}; give more than 0 rad/s")
+        rising = len(self.speed_mps) == 2 and 0.0 < self.speed_mps[0] <= self.speed_mps[1]
         scripted = bool(self.orders or self.waypoints)
-        if scripted is not (self.driver is DriverKind.script):
-            what = "has neither orders nor waypoints" if not scripted else "has orders or waypoints"
-            raise ValueError(f"a drive by driver {self.driver.value} {what}; only driver=script follows them")
+        has = "has orders or waypoints" if scripted else "has neither orders nor waypoints"
+        refuse(
+            outside(self, 1, 3600, "duration_s", unit="s"),
+            outside(self, 0, 1, "careful", "mischief", "wander", cure="give a share"),
+            fault(
+                "speed_mps",
+                f"{self.speed_mps} is not the least and the largest speed in m/s",
+                "give two that rise, above 0",
+                when=not rising,
+            ),
+            outside(self, 0, math.inf, "turn_radps", unit="rad/s", above=True),
+            fault(
+                "driver",
+                f"a drive by driver {self.driver.value} {has}",
+                "only driver=script follows them",
+                when=scripted is not (self.driver is DriverKind.script),
+            ),
+        )

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.sim.drive.command import DECIDE_S, Command
 from navtool.sim.drive.vehicle import VehicleState
 
@@ -24,8 +26,7 @@ class Order:
     """Counter-clockwise."""
 
     def __post_init__(self) -> None:
-        if not self.duration_s > 0:
-            raise ValueError(f"an order is held for {self.duration_s} s; give more than 0 s")
+        refuse(outside(self, 0, math.inf, "duration_s", unit="s", above=True))
 
 
 @dataclass(kw_only=True, slots=True)

@@ -1,12 +1,14 @@
 """What the robot draws from its battery: electronics, the motors' work, and their losses."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
-from navtool.sim.errors import SimError
 
 
 @dataclass(kw_only=True, slots=True)
@@ -34,12 +36,11 @@ class BatteryConfig:
     """By which the voltage sags under load. Chosen."""
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.regenerated <= 1.0:
-            raise SimError(f"a share of {self.regenerated} is regenerated", cure="choose 0 to 1")
-        if min(self.idle_w, self.loss_w_per_n2m2) < 0 or min(self.energy_wh, self.resistance_ohm) <= 0:
-            raise SimError(
-                "a battery needs power of 0 or more, energy and resistance above 0", cure="see BatteryConfig"
-            )
+        refuse(
+            outside(self, 0, 1, "regenerated", cure="give a share"),
+            outside(self, 0, math.inf, "idle_w", "loss_w_per_n2m2"),
+            outside(self, 0, math.inf, "energy_wh", "resistance_ohm", above=True),
+        )
 
 
 def drawn_power(

@@ -1,8 +1,10 @@
 """Settings of the walking controller."""
 
+import math
 from dataclasses import dataclass
 
-from navtool.sim.errors import SimError
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 
 CONTROL_S = 0.004
 """Between two decisions of the controller."""
@@ -42,9 +44,8 @@ class ControllerConfig:
     """A standing robot that is pushed to this speed begins to step; above 0."""
 
     def __post_init__(self) -> None:
-        if not 0.3 <= self.height_m <= 0.6:
-            raise SimError(f"a body height of {self.height_m} m", cure="choose 0.3 to 0.6 m: the legs are 0.65 m long")
         above = ("acceleration_mps2", "turn_acceleration_radps2", "top_turn_radps", "touch_n", "reach_mps", "push_mps")
-        for name in above:
-            if getattr(self, name) <= 0:
-                raise SimError(f"{name} = {getattr(self, name)}", where="ControllerConfig", cure="choose above 0")
+        refuse(
+            outside(self, 0.3, 0.6, "height_m", unit="m", cure="the legs are 0.65 m long"),
+            outside(self, 0, math.inf, *above, above=True),
+        )

@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Bool, Float64
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
-from navtool.sim.errors import SimError
 from navtool.sim.legged.battery import BatteryConfig, current_and_voltage, drawn_power
 from navtool.sim.legged.body import STEP_S
 from navtool.sim.legged.leg_odometry import leg_odometry
@@ -44,8 +45,7 @@ class SensorConfig:
     battery: BatteryConfig = field(default_factory=BatteryConfig)
 
     def __post_init__(self) -> None:
-        if not 1.0 <= self.bandwidth_hz <= 200.0:
-            raise SimError(f"an IMU bandwidth of {self.bandwidth_hz} Hz", cure="choose 1 to 200 Hz")
+        refuse(outside(self, 1, 200, "bandwidth_hz", unit="Hz"))
 
 
 class Proprioception(NamedTuple):

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.sim.drive.config import DriveConfig
 from navtool.sim.record.bag_format import BagFormat
 from navtool.sim.record.recorder_config import CameraSetup, RecorderConfig
@@ -45,5 +47,4 @@ class SimulationConfig:
     """How many episodes are driven in each place before the next one is drawn, 1 to 1000."""
 
     def __post_init__(self) -> None:
-        if not 1 <= self.episodes_per_place <= 1000:
-            raise ValueError(f"episodes_per_place is {self.episodes_per_place}; it has to be within 1-1000")
+        refuse(outside(self, 1, 1000, "episodes_per_place"))

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass, field
 
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.sim.sensors.camera_config import CameraConfig
 
@@ -27,15 +29,19 @@ class CameraSetup:
     """Shutter, noise and dirt."""
 
     def __post_init__(self) -> None:
-        if not 32 <= self.width <= 1920 or not 24 <= self.height <= 1440:
-            raise ValueError(f"a picture of {self.width}x{self.height} px: give 32-1920 and 24-1440 px")
-        if not 1 <= self.hz <= 60 or not 0.3 <= self.field_of_view_rad <= 2:
-            what = f"need 1 <= hz <= 60 and 0.3 <= field_of_view_rad <= 2, got {self.hz} Hz"
-            raise ValueError(f"{what} and {self.field_of_view_rad} rad")
-        if len(self.distortion) not in {0, 4, 5}:
-            raise ValueError(f"distortion {self.distortion} has to have 0, 4 or 5 coefficients: k1, k2, p1, p2, k3")
-        if not 1 <= self.jpeg_quality <= 100:
-            raise ValueError(f"jpeg_quality is {self.jpeg_quality}; it has to be within 1-100")
+        refuse(
+            outside(self, 32, 1920, "width", unit="px"),
+            outside(self, 24, 1440, "height", unit="px"),
+            outside(self, 1, 60, "hz", unit="Hz"),
+            outside(self, 0.3, 2, "field_of_view_rad", unit="rad"),
+            fault(
+                "distortion",
+                f"{self.distortion} are not 0, 4 or 5 coefficients",
+                "give k1, k2, p1, p2, k3",
+                when=len(self.distortion) not in {0, 4, 5},
+            ),
+            outside(self, 1, 100, "jpeg_quality"),
+        )
 
     def model(self) -> CameraModel:
         """The calibration of this camera."""
@@ -58,7 +64,8 @@ class RecorderConfig:
     picture 18 ms, and a third more now and then); 0 to 20."""
 
     def __post_init__(self) -> None:
-        for name, high in (("jitter_s", 0.02), ("drop_share", 0.5), ("delay", 20.0)):
-            value: float = getattr(self, name)
-            if not 0 <= value <= high:
-                raise ValueError(f"{name} is {value}; it has to be within 0-{high}")
+        refuse(
+            outside(self, 0, 0.02, "jitter_s", unit="s"),
+            outside(self, 0, 0.5, "drop_share"),
+            outside(self, 0, 20, "delay"),
+        )

@@ -11,6 +11,7 @@ from navtool.base.from_plain import from_plain
 from navtool.base.lineage import config_hash
 from navtool.base.output_folder import OutputFolder
 from navtool.base.plain import flatten, plain, plain_fields
+from navtool.base.setting_error import SettingError
 from navtool.sim.record.config import SimulationConfig
 from navtool.sim.record.episode import Episode
 
@@ -58,7 +59,10 @@ class Recordings:
         self._folder.refuse_differing(_identity(found))
         listed = found.get("episodes")
         for entry in listed if isinstance(listed, list) else []:
-            episode = from_plain(Episode, {**entry, "peak_rss_mib": 0.0}, where=file)
+            try:
+                episode = from_plain(Episode, {**entry, "peak_rss_mib": 0.0}, where=file)
+            except SettingError as error:
+                raise DatasetsError(f"is damaged ({error.what})", where=file, cure=_CURE) from error
             if self._is_there(episode):
                 self.episodes[episode.plan.number] = episode
 

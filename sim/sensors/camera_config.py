@@ -1,6 +1,10 @@
 """A camera: its shutter, sensor and lens."""
 
+import math
 from dataclasses import dataclass
+
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import refuse
 
 
 @dataclass(kw_only=True, slots=True)
@@ -36,18 +40,18 @@ class CameraConfig:
     """Moments during the exposure at which the camera's pose is taken, 2 to 33."""
 
     def __post_init__(self) -> None:
-        shutters = [
-            self.shortest_shutter_s,
-            self.longest_shutter_s,
-            *([] if self.shutter_s is None else [self.shutter_s]),
-        ]
-        if not all(0 < shutter <= 1 for shutter in shutters) or self.shortest_shutter_s > self.longest_shutter_s:
-            raise ValueError(f"exposures are within (0, 1] s and the shortest comes first, got {shutters} s")
-        if self.largest_gain < 1 or not 0 < self.target < 1:
-            raise ValueError(f"need largest_gain >= 1 and 0 < target < 1, got {self.largest_gain} and {self.target}")
-        if min(self.electrons_per_lux_s, self.full_well) <= 0 or min(self.read_noise, self.blur_px) < 0:
-            raise ValueError(f"need electrons above 0, and noise and blur of at least 0, got {self}")
-        if not 0 <= self.dirt_share <= 1 or not 0 <= self.vignetting <= 1 or not 2 <= self.blur_poses <= 33:
-            raise ValueError(f"need dirt_share and vignetting within 0-1 and 2-33 blur_poses, got {self}")
-        if not 0 <= self.edge_rays <= 8:
-            raise ValueError(f"need 0-8 edge_rays, got {self.edge_rays}")
+        refuse(
+            outside(self, 0, 1, "shortest_shutter_s", "longest_shutter_s", "shutter_s", unit="s", above=True),
+            fault(
+                "shortest_shutter_s",
+                f"{self.shortest_shutter_s} s is above longest_shutter_s = {self.longest_shutter_s} s",
+                when=self.shortest_shutter_s > self.longest_shutter_s,
+            ),
+            outside(self, 1, math.inf, "largest_gain"),
+            outside(self, 0, 1, "target", above=True, below=True),
+            outside(self, 0, math.inf, "electrons_per_lux_s", "full_well", above=True),
+            outside(self, 0, math.inf, "read_noise", "blur_px"),
+            outside(self, 0, 1, "dirt_share", "vignetting"),
+            outside(self, 2, 33, "blur_poses"),
+            outside(self, 0, 8, "edge_rays"),
+        )

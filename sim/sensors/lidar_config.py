@@ -1,11 +1,15 @@
 """A spinning LiDAR: where its lasers point, when they fire, and what its receiver detects."""
 
+import math
 from dataclasses import dataclass, field
 from enum import StrEnum
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Float32, Int
 
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
 
 
@@ -66,19 +70,24 @@ class LidarConfig:
 
     def __post_init__(self) -> None:
         lasers = len(self.elevation_rad)
-        if not lasers or sorted(self.firing_order) != list(range(lasers)):
-            raise ValueError(f"firing_order {self.firing_order} has to name each of the {lasers} rings once")
-        if any(b <= a for a, b in zip(self.elevation_rad, self.elevation_rad[1:], strict=False)):
-            raise ValueError(f"elevation_rad {self.elevation_rad} has to rise from ring to ring")
-        if lasers * self.laser_period_s > self.firing_period_s or not 5 <= self.rate_hz <= 20:
-            raise ValueError(
-                f"{lasers} lasers at {self.laser_period_s} s do not fit, or {self.rate_hz} Hz is not in 5-20"
-            )
-        if not 0 < self.min_range_m < self.max_range_m:
-            raise ValueError(f"need 0 < min_range_m < max_range_m, got {self.min_range_m} and {self.max_range_m} m")
-        for name in ("ten_percent_range_m", "full_scale", "pulse_m", "echo_gap_m", "range_step_m"):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"{name} is {getattr(self, name)}; it has to be above 0")
+        above = ("ten_percent_range_m", "full_scale", "pulse_m", "echo_gap_m", "range_step_m")
+        rises = all(a < b for a, b in pairwise(self.elevation_rad))
+        refuse(
+            fault(
+                "firing_order",
+                f"{self.firing_order} does not name each of the {lasers} rings once",
+                when=not lasers or sorted(self.firing_order) != list(range(lasers)),
+            ),
+            fault("elevation_rad", f"{self.elevation_rad} does not rise from ring to ring", when=not rises),
+            fault(
+                "laser_period_s",
+                f"{lasers} lasers at {self.laser_period_s} s do not fit into {self.firing_period_s} s",
+                when=lasers * self.laser_period_s > self.firing_period_s,
+            ),
+            outside(self, 5, 20, "rate_hz", unit="Hz"),
+            outside(self, 0, self.max_range_m, "min_range_m", unit="m", above=True, below=True),
+            outside(self, 0, math.inf, *above, above=True),
+        )
 
     @property
     def rings(self) -> int:

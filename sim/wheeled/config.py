@@ -1,8 +1,10 @@
 """The wheeled robot's body, drives and limits."""
 
+import math
 from dataclasses import dataclass
 
-from navtool.sim.errors import SimError
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 
 STEP_S = 0.01
 """Between two steps of the motion."""
@@ -69,9 +71,4 @@ class WheeledConfig:
     """Roll or pitch from which on it tips over: its centre of mass leaves the wheels at 50-55 degrees."""
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
-            value: float = getattr(self, name)
-            if not value > 0:
-                raise SimError(f"{name} is {value}", where="WheeledConfig", cure="choose a number above 0")
-        if self.efficiency > 1:
-            raise SimError(f"efficiency is {self.efficiency}", where="WheeledConfig", cure="choose a share of one")
+        refuse(outside(self, 0, math.inf, *self.__slots__, above=True), outside(self, 0, 1, "efficiency"))

@@ -1,15 +1,17 @@
 """When, where and why a drive of the wheeled robot failed, judged from what really happened."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
 from navtool.sim.drive.failure import Failure, FailureKind
 from navtool.sim.drive.stretches import stretches
-from navtool.sim.errors import SimError
 from navtool.sim.wheeled.config import STEP_S
 from navtool.sim.wheeled.samples import Samples
 from navtool.sim.world.obstacle import Obstacle
@@ -42,10 +44,7 @@ class FailureLimits:
     """Stumbles and contacts that follow each other sooner are one."""
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
-            value: float = getattr(self, name)
-            if not value > 0:
-                raise SimError(f"{name} is {value}", where="FailureLimits", cure="choose a number above 0")
+        refuse(outside(self, 0, math.inf, *self.__slots__, above=True))
 
 
 def find_failures(

@@ -1,15 +1,17 @@
 """What the wheeled robot measures of itself: IMU, wheels, odometry and battery, each at its own rate."""
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import transform_from_xyz_quaternion
 from navtool.sim.drive.drive import Measured
-from navtool.sim.errors import SimError
 from navtool.sim.wheeled.config import BASE_HEIGHT_M, GRAVITY_MPS2, STEP_S, WheeledConfig
 from navtool.sim.wheeled.samples import Samples
 from navtool.sim.world.surfaces import surface_values
@@ -57,12 +59,9 @@ class SensorConfig:
     current_noise_a: float = 0.05
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
-            value: float = getattr(self, name)
-            if value < 0:
-                raise SimError(f"{name} is {value}", where="SensorConfig", cure="choose 0 or more")
-        if self.energy_wh == 0 or self.resistance_ohm == 0:
-            raise SimError("a battery without energy or resistance", where="SensorConfig", cure="choose above 0")
+        battery = ("energy_wh", "resistance_ohm")
+        noise = (name for name in self.__slots__ if name not in battery)
+        refuse(outside(self, 0, math.inf, *noise), outside(self, 0, math.inf, *battery, above=True))
 
 
 class Proprioception(NamedTuple):

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import yaml
 
-from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import from_plain
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import Fault, refuse
 from navtool.base.yaml_text import load_yaml
 from navtool.sim.errors import SimError
 from navtool.sim.world.surfaces import GROUND
@@ -43,6 +44,17 @@ class Partition(StrEnum):
     """A wall with a doorway behind a curtain, and a glass panel beside it."""
 
 
+def _no_ground(settings: "RegionConfig | ScenarioConfig", name: str) -> list[Fault]:
+    ground: str = getattr(settings, name)
+    known = f"known are {', '.join(_GROUND_NAMES)}"
+    return fault(name, f"there is no ground {ground!r}", known, when=ground not in _GROUND_NAMES)
+
+
+def _empty_band(band: "RegionConfig | Scatter") -> list[Fault]:
+    what = f"{band.from_m} m is not below to_m = {band.to_m} m"
+    return fault("from_m", what, "let the band begin before it ends", when=not band.from_m < band.to_m)
+
+
 @dataclass(kw_only=True, slots=True)
 class RegionConfig:
     """A part of the ground of another surface; later regions lie over earlier ones."""
@@ -61,12 +73,12 @@ class RegionConfig:
     """Where a ``band`` ends along x in metres."""
 
     def __post_init__(self) -> None:
-        if self.surface not in _GROUND_NAMES:
-            raise ValueError(f"the ground cannot be {self.surface!r}; known are {', '.join(_GROUND_NAMES)}")
-        if not 0 < self.share < 1 or not 0.5 <= self.size_m <= 30:
-            raise ValueError(f"need 0 < share < 1 and 0.5 <= size_m <= 30, got {self.share} and {self.size_m} m")
-        if not self.from_m < self.to_m:
-            raise ValueError(f"a band from {self.from_m} m to {self.to_m} m is empty; let it begin before it ends")
+        refuse(
+            _no_ground(self, "surface"),
+            outside(self, 0, 1, "share", above=True, below=True),
+            outside(self, 0.5, 30, "size_m", unit="m"),
+            _empty_band(self),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -85,12 +97,13 @@ class Scatter:
     """Least and largest size within the kind's range, 0 (smallest) to 1 (largest)."""
 
     def __post_init__(self) -> None:
-        if not 0 <= self.count <= 400 or not -1 <= self.gap_m <= 10:
-            raise ValueError(f"need 0 <= count <= 400 and -1 <= gap_m <= 10, got {self.count} and {self.gap_m} m")
-        if not self.from_m < self.to_m:
-            raise ValueError(f"nothing lies between x = {self.from_m} m and {self.to_m} m; swap them")
-        if len(self.size) != 2 or not 0 <= self.size[0] <= self.size[1] <= 1:
-            raise ValueError(f"size is {self.size}; give the least and the largest size, both within 0-1")
+        sizes = len(self.size) == 2 and 0 <= self.size[0] <= self.size[1] <= 1
+        refuse(
+            outside(self, 0, 400, "count"),
+            outside(self, -1, 10, "gap_m", unit="m"),
+            _empty_band(self),
+            fault("size", f"{self.size} is not the least and the largest size, both within 0-1", when=not sizes),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -109,10 +122,12 @@ class RoomConfig:
     """Width of the way through the partition, 0.8 to 3 m."""
 
     def __post_init__(self) -> None:
-        for name, low, high in (("length_m", 6, 40), ("width_m", 3, 40), ("height_m", 2, 6), ("passage_m", 0.8, 3)):
-            value: float = getattr(self, name)
-            if not low <= value <= high:
-                raise ValueError(f"{name} is {value} m; it has to be within {low}-{high} m")
+        refuse(
+            outside(self, 6, 40, "length_m", unit="m"),
+            outside(self, 3, 40, "width_m", unit="m"),
+            outside(self, 2, 6, "height_m", unit="m"),
+            outside(self, 0.8, 3, "passage_m", unit="m"),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -127,12 +142,17 @@ class LightConfig:
     """Least and largest elevation of the sun, each in (0, pi/2)."""
 
     def __post_init__(self) -> None:
-        if not 0 < self.illuminance_lux <= 200_000 or not 0 <= self.sun_share <= 0.9:
-            what = f"{self.illuminance_lux} lux, {self.sun_share} of it from the sun"
-            raise ValueError(f"{what}: give more than 0 and at most 200,000 lux and a share within 0-0.9")
         angles = self.sun_elevation_rad
-        if len(angles) != 2 or not 0.05 <= angles[0] <= angles[1] <= 1.57:
-            raise ValueError(f"sun_elevation_rad is {angles}; give the least and the largest, within 0.05-1.57 rad")
+        rises = len(angles) == 2 and 0.05 <= angles[0] <= angles[1] <= 1.57
+        refuse(
+            outside(self, 0, 200_000, "illuminance_lux", unit="lux", above=True),
+            outside(self, 0, 0.9, "sun_share"),
+            fault(
+                "sun_elevation_rad",
+                f"{angles} is not the least and the largest angle, both within 0.05-1.57 rad",
+                when=not rises,
+            ),
+        )
 
 
 @dataclass(kw_only=True, slots=True)
@@ -145,8 +165,7 @@ class WeatherConfig:
     """Extinction of light by dust, per metre: 0.02 a haze, 0.2 a dense cloud; 0 to 1."""
 
     def __post_init__(self) -> None:
-        if not 0 <= self.rain_mmph <= 100 or not 0 <= self.dust_per_m <= 1:
-            raise ValueError(f"need rain within 0-100 mm/h and dust within 0-1 per m, got {self}")
+        refuse(outside(self, 0, 100, "rain_mmph", unit="mm/h"), outside(self, 0, 1, "dust_per_m", unit="per m"))
 
 
 @dataclass(kw_only=True, slots=True)
@@ -198,27 +217,31 @@ class ScenarioConfig:
     """Rain and dust."""
 
     def __post_init__(self) -> None:
-        if self.ground not in _GROUND_NAMES:
-            raise ValueError(f"the ground cannot be {self.ground!r}; known are {', '.join(_GROUND_NAMES)}")
-        for name, low, high in (
-            ("side_m", 20.0, 120.0),
-            ("cell_m", 0.05, 0.5),
-            ("course_m", 4.0, self.side_m - 6.0),
-            ("hills_m", 0.0, 3.0),
-        ):
-            value: float = getattr(self, name)
-            if not low <= value <= high:
-                raise ValueError(f"{name} is {value} m; it has to be within {low}-{high} m")
-        if self.room is not None and self.course_m > self.room.length_m - 2:
-            what = f"a course of {self.course_m} m does not fit into a room of {self.room.length_m} m"
-            raise ValueError(f"{what}; leave 1 m at both ends")
+        refuse(
+            _no_ground(self, "ground"),
+            outside(self, 20, 120, "side_m", unit="m"),
+            outside(self, 0.05, 0.5, "cell_m", unit="m"),
+            outside(self, 4, self.side_m - 6, "course_m", unit="m", cure="leave 3 m of side_m at both ends"),
+            outside(self, 0, 3, "hills_m", unit="m"),
+        )
+        if self.room is not None:
+            room = f"does not fit into a room of {self.room.length_m} m"
+            refuse(
+                fault(
+                    "course_m",
+                    f"{self.course_m} m {room}",
+                    "leave 1 m at both ends",
+                    when=self.course_m > self.room.length_m - 2,
+                )
+            )
 
 
 def load_scenario(path: Path) -> ScenarioConfig:
     """The scenario of a YAML file such as those in configs/scenario; the list of defaults, for Hydra, is passed over.
 
     Raises:
-        SimError: The file cannot be read, is not YAML, or has unknown keys or wrong values; all are named.
+        SimError: The file cannot be read, or is not YAML.
+        SettingError: It has unknown keys or wrong values; all are named.
     """
     try:
         content = load_yaml(path.read_text(encoding="utf-8"))
@@ -228,7 +251,4 @@ def load_scenario(path: Path) -> ScenarioConfig:
         raise SimError("is not YAML", where=path, cure=f"correct it: {' '.join(str(error).split())}") from error
     if isinstance(content, dict):
         content.pop("defaults", None)
-    try:
-        return from_plain(ScenarioConfig, content, where=path)
-    except DatasetsError as error:
-        raise SimError(error.what, where=path, cure=error.cure) from error
+    return from_plain(ScenarioConfig, content, where=path)

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import from_plain
 from navtool.base.plain import plain
+from navtool.base.setting_error import SettingError
 
 
 @dataclass(kw_only=True)
@@ -56,14 +56,14 @@ def test_what_was_made_plain_comes_back(cart: Cart) -> None:
         ({"span": [1.0, "far"]}, r"span\[1\]: wanted a number, got the text 'far'"),
         ({"notes": []}, "notes: wanted keys and values, got a list"),
         ({"wheel": {"bar": "hard"}}, r"wheel\.bar: wanted a number"),
-        ({"wheels": {"left": {"psi": 30}}}, r"unknown key 'wheels\.left\.psi', known are bar"),
+        ({"wheels": {"left": {"psi": 30}}}, r"wheels\.left\.psi: there is no such key, known are bar"),
     ],
 )
 def test_anything_else_is_named(content: object, message: str) -> None:
-    with pytest.raises(DatasetsError, match=message):
+    with pytest.raises(SettingError, match=message):
         read(content)
 
 
 def test_without_a_subclass_the_class_itself_is_built() -> None:
-    with pytest.raises(DatasetsError, match=r"unknown key 'wheel\.bar'"):
+    with pytest.raises(SettingError, match=r"wheel\.bar: there is no such key"):
         from_plain(Cart, {"wheel": {"bar": 1.0}}, where="cart.json")

@@ -2,7 +2,8 @@
 
 import pytest
 
-from navtool.cli.compose import UsageError, compose
+from navtool.base.setting_error import SettingError
+from navtool.cli.compose import compose
 from navtool.configs.ingest_job import IngestJob
 from navtool.configs.train_job import TrainJob
 from navtool.sim.record.config import SimulationConfig
@@ -11,24 +12,24 @@ from navtool.sim.record.config import SimulationConfig
 @pytest.mark.parametrize(
     ("config", "result", "override", "said"),
     [
-        ("simulate", SimulationConfig, "drive.duration_s=0", "drive.duration_s is 0"),
-        ("simulate", SimulationConfig, "recorder.drop_share=2", "recorder.drop_share is 2"),
-        ("simulate", SimulationConfig, "camera.hz=100", "camera: need"),
+        ("simulate", SimulationConfig, "drive.duration_s=0", "drive.duration_s: 0 s is outside"),
+        ("simulate", SimulationConfig, "recorder.drop_share=2", "recorder.drop_share: 2 is outside"),
+        ("simulate", SimulationConfig, "camera.hz=100", "camera.hz: 100 Hz is outside"),
         ("ingest", IngestJob, "robot.topics.imu=[none,/imu]", "robot.topics.imu: 'none' stands"),
-        ("ingest", IngestJob, "fps=0", "fps = 0"),
-        ("ingest", IngestJob, "sync.odometry.tolerance_s=-1", "sync.odometry.tolerance_s = -1"),
-        ("ingest", IngestJob, "sync.cameras.rear.tolerance_s=99", "sync.cameras.rear.tolerance_s = 99"),
-        ("ingest", IngestJob, "sync.lidars.rear.method=linear", "sync.lidars.rear.method = linear"),
-        ("ingest", IngestJob, "sync.cameras={rear: {method: linear}}", "sync.cameras.rear.method = linear"),
+        ("ingest", IngestJob, "fps=0", "fps: 0 Hz is outside"),
+        ("ingest", IngestJob, "sync.odometry.tolerance_s=-1", "sync.odometry.tolerance_s: -1 s is outside"),
+        ("ingest", IngestJob, "sync.cameras.rear.tolerance_s=99", "sync.cameras.rear.tolerance_s: 99 s is outside"),
+        ("ingest", IngestJob, "sync.lidars.rear.method=linear", "sync.lidars.rear.method: linear"),
+        ("ingest", IngestJob, "sync.cameras={rear: {method: linear}}", "sync.cameras.rear.method: linear"),
         ("ingest", IngestJob, "robot.cameras.rear.topics=[]", "robot.cameras.rear.topics: [] names no topic"),
         ("ingest", IngestJob, "robot.mounting.radar.xyz_m=[1,0,0]", "robot.mounting: unknown sensors radar"),
-        ("train", TrainJob, "split.val_fraction=2", "split.val_fraction = 2"),
-        ("train", TrainJob, "trainer.epochs=0", "trainer.epochs = 0"),
+        ("train", TrainJob, "split.val_fraction=2", "split.val_fraction: 2 is outside"),
+        ("train", TrainJob, "trainer.epochs=0", "trainer.epochs: 0 is not 1 or more"),
     ],
 )
 def test_a_refused_setting_is_named_with_its_groups(config: str, result: type, override: str, said: str) -> None:
     data = ["dataset=x"] if config == "train" else []
-    with pytest.raises(UsageError) as caught:
+    with pytest.raises(SettingError) as caught:
         compose(config, [*data, override], result)
     assert str(caught.value).startswith(said)
     assert caught.value.cure

@@ -84,7 +84,7 @@ def test_calls_that_cannot_be_meant(
         ((bag, bag, "--truth", truth, "--out", out), "one --truth for several inputs"),
         ((bag, "--truth", tmp_path / "absent.json", "--out", out), "no such file"),
         ((bag, "sensor=vlp17", "--out", out), "did you mean vlp16"),
-        ((bag, "tried.heights_m=[]", "--out", out), "need one value at least"),
+        ((bag, "tried.heights_m=[]", "--out", out), "tried.heights_m: is empty"),
         ((bag, "--out", truth), "is a file"),
     ):
         done = navtool_here(*verb, *arguments)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
+from navtool.base.setting_error import SettingError
 from navtool.pipeline.cloud_neighbourhoods import nearest_neighbourhoods
 from navtool.pipeline.cloud_reliability import (
     CloudFeatureMethod,
@@ -273,7 +274,7 @@ def test_few_points_take_fewer_neighbours() -> None:
     ],
 )
 def test_bad_settings_are_reported(bad: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match=next(iter(bad))):
+    with pytest.raises(SettingError, match=next(iter(bad))):
         CloudReliabilityConfig(**bad)  # type: ignore[arg-type] # the counts are ints
 
 

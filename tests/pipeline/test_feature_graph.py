@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from torch import Tensor
 
+from navtool.base.setting_error import SettingError
 from navtool.pipeline.feature_graph import FeatureGraphConfig, feature_graph, reliability_matrix
 
 SIZES = [3, 2, 2, 1]
@@ -140,8 +141,8 @@ def test_scripted_equals_eager() -> None:
 def test_config_counts_nodes_and_refuses_what_makes_no_graph() -> None:
     assert FeatureGraphConfig().nodes() == 120
     assert FeatureGraphConfig(image=1, point=2, velocity=3, trajectory=4).sizes() == [1, 2, 3, 4]
-    with pytest.raises(ValueError, match="velocity=0"):
+    with pytest.raises(SettingError, match="velocity: 0"):
         FeatureGraphConfig(velocity=0)
     for decay in (0.0, -1.0, 41.0, math.nan):
-        with pytest.raises(ValueError, match="edge_decay"):
+        with pytest.raises(SettingError, match="edge_decay"):
             FeatureGraphConfig(edge_decay=decay)

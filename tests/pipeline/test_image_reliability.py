@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from numpy.typing import NDArray
 
+from navtool.base.setting_error import SettingError
 from navtool.pipeline.image_reliability import ImageReliabilityConfig, count_corners, image_reliability
 
 Image = NDArray[np.uint8]
@@ -130,7 +131,7 @@ def test_tiny_images(shape: tuple[int, int, int]) -> None:
     ],
 )
 def test_bad_settings_are_reported(bad: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match=next(iter(bad))):
+    with pytest.raises(SettingError, match=next(iter(bad))):
         ImageReliabilityConfig(**bad)  # type: ignore[arg-type] # the fast threshold is an int
 
 

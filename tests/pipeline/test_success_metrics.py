@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from sklearn.metrics import average_precision_score, brier_score_loss, f1_score
 
+from navtool.base.setting_error import SettingError
 from navtool.pipeline.success_metrics import (
     SuccessMetricsConfig,
     average_precision,
@@ -173,5 +174,5 @@ def test_a_known_outcome_that_is_not_binary_is_refused() -> None:
 
 @pytest.mark.parametrize("settings_", [{"success_threshold": 1.2}, {"calibration_bins": 0}])
 def test_impossible_settings_are_refused(settings_: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match=next(iter(settings_))):
+    with pytest.raises(SettingError, match=next(iter(settings_))):
         SuccessMetricsConfig(**settings_)  # type: ignore[arg-type]  # the point of the test

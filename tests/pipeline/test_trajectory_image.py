@@ -9,6 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from navtool.base.setting_error import SettingError
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.ground import GroundPoints, ground_from_pixels, pixels_from_ground
 from navtool.pipeline.geometry.trajectory_image import TrajectoryImageConfig, trajectory_image, trajectory_images
@@ -193,7 +194,7 @@ def test_a_camera_that_looks_up_sees_nothing() -> None:
 
 @pytest.mark.parametrize("bad", [{"robot_width_m": 0.0}, {"dt_s": -0.1}, {"near_m": float("nan")}, {"horizon": 0}])
 def test_bad_settings_are_reported(bad: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match=next(iter(bad))):
+    with pytest.raises(SettingError, match=next(iter(bad))):
         TrajectoryImageConfig(**bad)  # type: ignore[arg-type] # a horizon of 0 is the point
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from navtool.base.errors import DatasetsError, NavtoolError
+from navtool.base.errors import NavtoolError
 from navtool.train.checkpoint import checkpoint_stamp, load_run, read_checkpoint
 from navtool.train.config import TrainConfig
 from navtool.train.errors import TrainError
@@ -138,7 +138,7 @@ def test_a_config_that_is_not_ours_is_refused(run: Path) -> None:
     content = json.loads(folder.config.read_text(encoding="utf-8"))
     content["config"]["trainer"]["epoks"] = 3
     folder.config.write_text(json.dumps(content), encoding="utf-8")
-    with pytest.raises(DatasetsError, match="epoks"):
+    with pytest.raises(TrainError, match="epoks"):
         load_run(run)
 
 

@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 from omegaconf import OmegaConf
 
+from navtool.base.setting_error import SettingError
 from navtool.train.graspe.config import GraspeConfig
 from navtool.train.graspe.graspe import Graspe
 
@@ -54,12 +55,12 @@ def test_survives_omegaconf_both_ways() -> None:
     ],
 )
 def test_refuses_what_makes_no_network_and_names_it(option: str, value: Any) -> None:
-    with pytest.raises(ValueError, match=option):
+    with pytest.raises(SettingError, match=option):
         GraspeConfig(**{option: value})
 
 
 def test_tells_all_faults_at_once() -> None:
-    with pytest.raises(ValueError, match=r"horizon=0.*dropout=2\.0"):
+    with pytest.raises(SettingError, match=r"horizon: 0.*dropout: 2 is"):
         GraspeConfig(horizon=0, dropout=2.0)
 
 

@@ -4,6 +4,7 @@ import pytest
 import torch
 from torch import Tensor, nn
 
+from navtool.base.setting_error import SettingError
 from navtool.train.config import Device, OptimizerConfig, Precision, TrainConfig, TrainerConfig
 from navtool.train.datamodule import sample_loader
 from navtool.train.graspe.config import GraspeConfig
@@ -93,15 +94,15 @@ def test_the_figure_shows_each_sample(small_world: SyntheticConfig) -> None:
     [
         (lambda: OptimizerConfig(learning_rate=0.0), "learning_rate"),
         (lambda: OptimizerConfig(weight_decay=-1.0), "weight_decay"),
-        (lambda: TrainerConfig(epochs=0, batch_size=1), r"epochs = 0 .*batch_size = 1"),
+        (lambda: TrainerConfig(epochs=0, batch_size=1), r"epochs: 0 .*batch_size: 1"),
         (lambda: TrainerConfig(gradient_clip=0.0), "gradient_clip"),
-        (lambda: TrainConfig(model=GraspeConfig(horizon=5)), r"model\.horizon = 5 differs from data\.horizon_steps"),
+        (lambda: TrainConfig(model=GraspeConfig(horizon=5)), r"model\.horizon: 5 differs from data\.horizon_steps"),
         (lambda: TrainConfig(model=GraspeConfig(), seed=-1), "seed"),
     ],
 )
 def test_impossible_settings_are_refused(make: "object", message: str) -> None:
     assert callable(make)
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(SettingError, match=message):
         make()
 
 

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from navtool.base.setting_error import SettingError
 from navtool.train.errors import TrainError
 from navtool.train.splits import GroupBy, Split, SplitConfig, Splits, split_episodes
 
@@ -125,5 +126,5 @@ def test_no_episode_at_all() -> None:
     ],
 )
 def test_impossible_settings_are_refused(values: dict[str, object], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(SettingError, match=message):
         SplitConfig(**values)  # type: ignore[arg-type]  # the point of the test

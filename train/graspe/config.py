@@ -1,8 +1,11 @@
 """The sizes and choices of the GrASPE network."""
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import Fault, refuse
 from navtool.pipeline.feature_graph import FeatureGraphConfig
 from navtool.train.model_config import ModelConfig
 from navtool.train.success.windows import DataConfig
@@ -64,53 +67,36 @@ class GraspeConfig(ModelConfig):
     """Whether reliability shapes the graph; if not (the paper's ablation), r = 1 for every pair."""
 
     def __post_init__(self) -> None:
-        """Collect every fault of the configuration into one error."""
-        faults = [
-            f"{name}={value} must be at least {least}"
-            for name, value, least in (
-                ("horizon", self.horizon, 1),
-                ("history", self.history, 20),
-                ("image_height", self.image_height, 48),
-                ("image_width", self.image_width, 48),
-                ("cbam_reduction", self.cbam_reduction, 1),
-                ("velocity_channels", self.velocity_channels, 1),
-                ("graph_channels", self.graph_channels, 1),
-                ("attention_heads", self.attention_heads, 1),
-                ("dense_hidden", self.dense_hidden, 1),
-            )
-            if value < least
-        ]
-        faults += [
-            f"{name}={value} must be above 0"
-            for name, value in (
-                ("v_max_mps", self.v_max_mps),
-                ("omega_max_radps", self.omega_max_radps),
-                ("point_range_m", self.point_range_m),
-            )
-            if not value > 0.0
-        ]
-        for name, widths, least in (
-            ("point_widths", self.point_widths, 3 if self.point_feature_transform else 2),
-            ("point_hidden", self.point_hidden, 0),
-            ("point_transform_widths", self.point_transform_widths, 1),
-            ("point_transform_hidden", self.point_transform_hidden, 0),
-            ("trajectory_channels", self.trajectory_channels, 3),
-        ):
-            if len(widths) < least or any(width < 1 for width in widths):
-                faults.append(f"{name}={widths} must hold at least {least} numbers, each at least 1")
-        if len(self.trajectory_channels) != 3:
-            faults.append(f"trajectory_channels={self.trajectory_channels} must hold 3 numbers, one a convolution")
-        if not 0.0 <= self.dropout < 1.0:
-            faults.append(f"dropout={self.dropout} must lie in [0, 1)")
-        if self.self_loop_weight is not None and not 0.0 <= self.self_loop_weight <= 1.0:
-            faults.append(f"self_loop_weight={self.self_loop_weight} must lie in [0, 1], or null for the mean")
-        if faults:
-            raise ValueError("GrASPE network: " + "; ".join(faults))
+        """Name every fault of the configuration in one error."""
+        sizes = ("horizon", "cbam_reduction", "velocity_channels", "graph_channels", "attention_heads", "dense_hidden")
+        refuse(
+            outside(self, 1, math.inf, *sizes),
+            outside(self, 20, math.inf, "history"),
+            outside(self, 48, math.inf, "image_height", "image_width", unit="px"),
+            outside(self, 0, math.inf, "v_max_mps", "omega_max_radps", "point_range_m", above=True),
+            self._too_few("point_widths", 3 if self.point_feature_transform else 2),
+            self._too_few("point_hidden", 0),
+            self._too_few("point_transform_widths", 1),
+            self._too_few("point_transform_hidden", 0),
+            self._too_few("trajectory_channels", 3),
+            fault(
+                "trajectory_channels",
+                f"{self.trajectory_channels} are more than 3 numbers, one a convolution",
+                when=len(self.trajectory_channels) > 3,
+            ),
+            outside(self, 0, 1, "dropout", below=True),
+            outside(self, 0, 1, "self_loop_weight", cure="null takes the mean"),
+        )
 
-    def faults(self, data: DataConfig) -> list[str]:
+    def _too_few(self, name: str, least: int) -> list[Fault]:
+        widths: list[int] = getattr(self, name)
+        wrong = len(widths) < least or any(width < 1 for width in widths)
+        return fault(name, f"{widths} are not {least} numbers or more, each 1 or more", when=wrong)
+
+    def faults(self, data: DataConfig) -> list[Fault]:
         """Where the network's horizon or history is not that of the samples."""
         return [
-            f"model.{ours} = {mine} differs from data.{theirs} = {other}; set both"
+            Fault(f"model.{ours}", f"{mine} differs from data.{theirs} = {other}", "set both")
             for ours, mine, theirs, other in (
                 ("horizon", self.horizon, "horizon_steps", data.horizon_steps),
                 ("history", self.history, "history_steps", data.history_steps),

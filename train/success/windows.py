@@ -1,5 +1,6 @@
 """Which rows of a data set can be samples, with their targets and masks, and why the others cannot."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -8,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.train.errors import TrainError
 from navtool.train.samples import SampleReport
 from navtool.train.source import NavSource, column_or
@@ -42,14 +45,12 @@ class DataConfig:
     """Memory for clouds and decoded images, in MiB, >= 0. 1024 hold 3,060 rows; the others are read anew each epoch."""
 
     def __post_init__(self) -> None:
-        if self.history_steps < 1:
-            raise ValueError(f"data.history_steps = {self.history_steps} must be at least 1; the paper uses 50")
-        if self.horizon_steps < 1:
-            raise ValueError(f"data.horizon_steps = {self.horizon_steps} must be at least 1; the paper uses 10")
-        if self.robot_width_m is not None and not self.robot_width_m > 0.0:
-            raise ValueError(f"data.robot_width_m = {self.robot_width_m} m must be above 0; null takes the recording's")
-        if self.cache_mib < 0:
-            raise ValueError(f"data.cache_mib = {self.cache_mib} MiB must not be negative; 0 caches nothing")
+        refuse(
+            outside(self, 1, math.inf, "history_steps", cure="the paper uses 50"),
+            outside(self, 1, math.inf, "horizon_steps", cure="the paper uses 10"),
+            outside(self, 0, math.inf, "robot_width_m", unit="m", above=True, cure="null takes the recording's"),
+            outside(self, 0, math.inf, "cache_mib", unit="MiB", cure="0 caches nothing"),
+        )
 
 
 @dataclass(frozen=True, slots=True)

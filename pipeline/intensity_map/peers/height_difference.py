@@ -1,10 +1,13 @@
 """A map of height differences: solid is where points of one cell lie far above each other."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float32, UInt8
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GridConfig
 from navtool.pipeline.intensity_map.layer_points import cell_numbers
@@ -21,8 +24,7 @@ class HeightDifferenceConfig:
     """What is higher above the sensor does not count: the robot passes below; above 0."""
 
     def __post_init__(self) -> None:
-        if not (self.step_m > 0 and self.ceiling_m > 0):
-            raise ValueError(f"step_m = {self.step_m} m and ceiling_m = {self.ceiling_m} m have to be above 0")
+        refuse(outside(self, 0, math.inf, "step_m", "ceiling_m", unit="m", above=True))
 
 
 def height_difference_map(

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float32, Float64, Int64, UInt8
 
+from navtool.base.setting_checks import fault, outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GridConfig
 from navtool.pipeline.intensity_map.obstacles import CellClass
@@ -34,12 +36,16 @@ class IntensityPeakConfig:
     """Neighbouring beams whose ranges differ by more are on different surfaces; above 0."""
 
     def __post_init__(self) -> None:
-        if not (self.full_scale > 0 and 0 < self.trigger <= 1 and 0 < self.drop < 1 and self.gap_m > 0):
-            raise ValueError(f"need full_scale and gap_m above 0, trigger in (0, 1] and drop in (0, 1), got {self}")
-        if not (0 < self.width_rad <= 1.5 and 0 < self.incidence_rad < 1.5):
-            raise ValueError(f"need width_rad and incidence_rad in (0, 1.5), got {self}")
-        if self.smooth_beams < 1 or self.smooth_beams % 2 == 0:
-            raise ValueError(f"smooth_beams = {self.smooth_beams} has to be odd and at least 1")
+        even = self.smooth_beams % 2 == 0
+        refuse(
+            outside(self, 0, math.inf, "full_scale", "gap_m", above=True),
+            outside(self, 0, 1, "trigger", above=True),
+            outside(self, 0, 1, "drop", above=True, below=True),
+            outside(self, 0, 1.5, "width_rad", unit="rad", above=True),
+            outside(self, 0, 1.5, "incidence_rad", unit="rad", above=True, below=True),
+            outside(self, 1, math.inf, "smooth_beams"),
+            fault("smooth_beams", f"{self.smooth_beams} is even", "give an odd number", when=even),
+        )
 
 
 def intensity_peak_map(

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float32, Int64, UInt8
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GridConfig
 from navtool.pipeline.intensity_map.layer_points import cell_numbers
@@ -24,11 +26,11 @@ class LaserScanConfig:
     """Beams of a turn, at least 8: the nearest return of each counts."""
 
     def __post_init__(self) -> None:
-        if not abs(self.elevation_rad) < 0.5 or not 0 < self.opening_rad <= 0.2:
-            what = f"elevation_rad = {self.elevation_rad} and opening_rad = {self.opening_rad}"
-            raise ValueError(f"{what}: need an elevation in (-0.5, 0.5) and an opening in (0, 0.2]")
-        if self.beams < 8:
-            raise ValueError(f"beams = {self.beams}: a turn has at least 8")
+        refuse(
+            outside(self, -0.5, 0.5, "elevation_rad", unit="rad", above=True, below=True),
+            outside(self, 0, 0.2, "opening_rad", unit="rad", above=True),
+            outside(self, 8, math.inf, "beams", cure="a turn has at least 8"),
+        )
 
 
 def one_ring(xyz: Float32[Array, "p 3"], config: LaserScanConfig) -> Int64[Array, " k"]:

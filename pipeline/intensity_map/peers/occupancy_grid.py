@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float32, Float64, Int64, UInt8
 
+from navtool.base.setting_checks import outside
+from navtool.base.setting_error import refuse
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.intensity_map.config import GridConfig
 from navtool.pipeline.intensity_map.layer_points import LayerPoints
@@ -27,8 +29,10 @@ class OccupancyConfig:
     """No cell goes below; below 0."""
 
     def __post_init__(self) -> None:
-        if not (0 < self.hit <= self.highest and self.lowest <= self.miss < 0):
-            raise ValueError(f"need 0 < hit <= highest and lowest <= miss < 0, got {self}")
+        refuse(
+            outside(self, 0, self.highest, "hit", above=True, cure="give at most highest"),
+            outside(self, self.lowest, 0, "miss", below=True, cure="give at least lowest"),
+        )
 
 
 class OccupancyGrid(NamedTuple):

@@ -10,6 +10,7 @@ from hashes import hashes
 from ingesting import ingested
 
 from navtool.base.errors import DatasetsError
+from navtool.base.setting_error import SettingError
 from navtool.datasets.check import check_dataset
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
@@ -197,5 +198,5 @@ def test_the_place_of_an_episode_can_be_named_later(
     (tmp_path / "forest" / "run.mcap").symlink_to(path)
     ingest([tmp_path / "forest" / "run.mcap"], tmp_path / "out", RobotConfig(), IngestConfig(place="{parent}"))
     assert NavDataset(tmp_path / "out").episodes[0].place == "forest", "the folder by which it is reached"
-    with pytest.raises(ValueError, match=r"place = \{parnt\}"):
+    with pytest.raises(SettingError, match=r"place: \{parnt\}"):
         IngestConfig(place="{parnt}")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from navtool.base.files import read_json
+from navtool.base.setting_error import SettingError
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.robot.config import RobotConfig
@@ -125,7 +126,7 @@ def test_the_method_of_a_stream_can_be_set(write_recording: Write, drive_entries
     np.testing.assert_allclose(
         dataset.column("observation.proprioception")[:, 1], joints["position.front_right"][newest], rtol=1e-6
     )
-    with pytest.raises(ValueError, match="images and clouds are not mixed"):
+    with pytest.raises(SettingError, match=r"lidar\.method: linear: images and clouds are not mixed"):
         SyncConfig(lidar=StreamSync(method=Method.linear, tolerance_s=0.1))
 
 

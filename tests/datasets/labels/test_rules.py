@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from navtool.base.errors import DatasetsError
+from navtool.base.setting_error import SettingError
 from navtool.datasets.labels.config import CollisionConfig, FallConfig, InterventionConfig, LabelConfig, StuckConfig
 from navtool.datasets.labels.intervals import LabelInterval
 from navtool.datasets.labels.rules import (
@@ -230,15 +230,15 @@ def test_every_rule_says_why_it_cannot_tell() -> None:
 @pytest.mark.parametrize(
     ("build", "said"),
     [
-        (lambda: CollisionConfig(spike_mps2=0.0), "collision.spike_mps2: 0 m/s2 is outside (0, 500] m/s2"),
-        (lambda: CollisionConfig(speed_after_mps=0.5), "collision.speed_after_mps: 0.5 m/s is outside (0, 0.3] m/s"),
-        (lambda: StuckConfig(moved_mps=1.0), "stuck.moved_mps"),
-        (lambda: FallConfig(tilt_rad=45.0), "fall.tilt_rad: 45 rad is outside (0, 3.2] rad"),
-        (lambda: InterventionConfig(confidence=1.5), "intervention.confidence: 1.5 is outside (0, 1]"),
+        (lambda: CollisionConfig(spike_mps2=0.0), "spike_mps2: 0 m/s2 is outside (0, 500] m/s2"),
+        (lambda: CollisionConfig(speed_after_mps=0.5), "speed_after_mps: 0.5 m/s is outside (0, 0.3] m/s"),
+        (lambda: StuckConfig(moved_mps=1.0), "moved_mps"),
+        (lambda: FallConfig(tilt_rad=45.0), "tilt_rad: 45 rad is outside (0, 3.2] rad"),
+        (lambda: InterventionConfig(confidence=1.5), "confidence: 1.5 is outside (0, 1]"),
         (lambda: LabelConfig(max_deviation_m=float("nan")), "max_deviation_m: nan m"),
     ],
 )
 def test_a_wrong_setting_is_named_with_its_unit(build: Callable[[], object], said: str) -> None:
-    with pytest.raises(DatasetsError) as caught:
+    with pytest.raises(SettingError) as caught:
         build()
     assert said in str(caught.value)

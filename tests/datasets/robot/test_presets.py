@@ -9,7 +9,7 @@ import pytest
 from robot_factory import RobotDrive
 from robot_messages import ANYMAL_JOINTS, DRAWN_A, OTHER_TYPES, SPEED_MPS, TURN_RADPS
 
-from navtool.base.errors import DatasetsError
+from navtool.base.setting_error import SettingError
 from navtool.cli.robots import ingest_job
 from navtool.datasets.decode.vendor_state import UNITREE_JOINTS
 from navtool.datasets.ingest.config import IngestConfig, Merge
@@ -133,5 +133,5 @@ def test_a_joystick_without_meaning_is_told(
     short = RobotConfig(topics=topics, joy=JoyCommand(forward_axis=9, forward_mps=1.0, turn_axis=0, turn_radps=1.0))
     report = ingest([path], tmp_path / "short", short, IngestConfig())
     assert report.dropped["command: cannot be decoded"] == 1
-    with pytest.raises(DatasetsError, match="dead_zone"):
+    with pytest.raises(SettingError, match="dead_zone"):
         JoyCommand(forward_axis=0, forward_mps=1.0, turn_axis=1, turn_radps=1.0, dead_zone=1.5)

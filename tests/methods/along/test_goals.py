@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from navtool.base.setting_error import SettingError
 from navtool.datasets.streams.motion import Motion
 from navtool.methods.along.config import GoalConfig
 from navtool.methods.along.goals import goal_direction
@@ -56,7 +57,7 @@ def test_without_a_place_it_is_straight_on() -> None:
 
 @pytest.mark.parametrize("odom_m", [[1.0], [1.0, 2.0, 3.0], [np.nan, 0.0]])
 def test_half_a_goal_is_refused(odom_m: list[float]) -> None:
-    with pytest.raises(ValueError, match=r"has to be \[x, y\]"):
+    with pytest.raises(SettingError, match=r"odom_m: .*\n.*\[x, y\]"):
         GoalConfig(odom_m=odom_m)
-    with pytest.raises(ValueError, match=r"outside 0\.5-100 m"):
+    with pytest.raises(SettingError, match=r"ahead_m: 0\.1 m is outside \[0\.5, 100\] m"):
         GoalConfig(ahead_m=0.1)

@@ -11,6 +11,7 @@ import pytest
 from intensity_drive import HEIGHT_M, START_NS, intensity_drive
 
 from navtool.base.errors import DatasetsError
+from navtool.base.setting_error import SettingError
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.robot.config import RobotConfig
@@ -173,10 +174,14 @@ def test_an_episode_that_is_not_there_is_refused(write_recording: Callable[..., 
 
 @pytest.mark.parametrize(
     ("setting", "fault"),
-    [({"robot_radius_m": -1.0}, "0 keeps all"), ({"odometry_gap_s": 0.0}, "outside"), ({"robot_radius_m": 9.0}, "0-5")],
+    [
+        ({"robot_radius_m": -1.0}, "0 keeps all"),
+        ({"odometry_gap_s": 0.0}, "outside"),
+        ({"robot_radius_m": 9.0}, r"outside \[0, 5\] m"),
+    ],
 )
 def test_settings_out_of_range_are_refused(setting: dict[str, Any], fault: str) -> None:
-    with pytest.raises(ValueError, match=fault):
+    with pytest.raises(SettingError, match=fault):
         SweepConfig(**setting)
 
 

@@ -15,6 +15,7 @@ from walking import intensity_maps
 
 from navtool.base.errors import DatasetsError
 from navtool.base.progress import Silent
+from navtool.base.setting_error import SettingError
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.robot.config import RobotConfig
@@ -351,11 +352,11 @@ def test_packets_of_a_vlp16_without_odometry(recordings: Path, tmp_path: Path) -
 
 
 def test_settings_out_of_range_are_refused() -> None:
-    with pytest.raises(ValueError, match="0 writes none"):
+    with pytest.raises(SettingError, match="0 writes none"):
         OutputConfig(arrays_every=-1)
-    with pytest.raises(ValueError, match="threshold = 7 is not below 1"):
+    with pytest.raises(SettingError, match=r"obstacles\.threshold: 7 is not below 1"):
         IntensityMapConfig(obstacles=ObstacleConfig(threshold=7.0))
-    with pytest.raises(ValueError, match="largest_intensity = 100 is less than"):
+    with pytest.raises(SettingError, match="largest_intensity: 100 is less than"):
         MapRunConfig(largest_intensity=100.0)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
+from navtool.base.setting_error import SettingError
 from navtool.pipeline.intensity_map.config import (
     GlassConfig,
     GridConfig,
@@ -26,7 +27,7 @@ from navtool.pipeline.intensity_map.config import (
         (lambda: LayerConfig(ground_margin_m=-0.1), "ground_margin_m"),
         (lambda: ObstacleConfig(threshold=0.0), "threshold"),
         (lambda: ObstacleConfig(pooling_cells=11), "pooling_cells"),
-        (lambda: GlassConfig(points=2), "2 points"),
+        (lambda: GlassConfig(points=2), "points"),
         (lambda: GlassConfig(incidence_rad=2.0), "incidence_rad"),
         (lambda: GlassConfig(decay_s=0.0), "decay_s"),
         (lambda: InflationConfig(size_cells=10), "size_cells"),
@@ -36,5 +37,5 @@ from navtool.pipeline.intensity_map.config import (
     ],
 )
 def test_settings_that_make_no_map_are_refused(make: Callable[[], object], named: str) -> None:
-    with pytest.raises(ValueError, match=named):
+    with pytest.raises(SettingError, match=named):
         make()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
+from navtool.base.setting_error import SettingError
 from navtool.configs.schema import config_folder
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import rpy_from_transform
@@ -171,9 +172,9 @@ def test_drives_that_cannot_be_are_refused(scenario_world: Places) -> None:
     ],
 )
 def test_wrong_settings_name_themselves(wrong: dict[str, object], what: str) -> None:
-    with pytest.raises(ValueError, match=what):
+    with pytest.raises(SettingError, match=what):
         DriveConfig(**wrong)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="0 s"):
+    with pytest.raises(SettingError, match="0 s"):
         Order(duration_s=0.0)
 
 

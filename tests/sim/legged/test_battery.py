@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from navtool.base.setting_error import SettingError
 from navtool.pipeline.arrays import Array
-from navtool.sim.errors import SimError
 from navtool.sim.legged.battery import BatteryConfig, current_and_voltage, drawn_power
 from navtool.sim.legged.body import STEP_S
 from navtool.sim.legged.gaits import GaitName
@@ -49,7 +49,7 @@ def test_the_published_energy_lasts_as_long_as_published() -> None:
 
 
 def test_a_battery_without_resistance_is_refused() -> None:
-    with pytest.raises(SimError, match="resistance"):
+    with pytest.raises(SettingError, match="resistance"):
         BatteryConfig(resistance_ohm=0.0)
-    with pytest.raises(SimError, match="regenerated"):
+    with pytest.raises(SettingError, match="regenerated"):
         BatteryConfig(regenerated=1.5)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from legged_walk import walk_straight
 
-from navtool.sim.errors import SimError
+from navtool.base.setting_error import SettingError
 from navtool.sim.legged.body import JOINT_NAMES
 from navtool.sim.legged.footings import concrete
 from navtool.sim.legged.gaits import GaitName
@@ -66,5 +66,5 @@ def test_feet_that_slide_deceive_the_odometry(on_concrete: Callable[[GaitName], 
 
 
 def test_the_imus_filter_has_bounds() -> None:
-    with pytest.raises(SimError, match="300"):
+    with pytest.raises(SettingError, match="300"):
         SensorConfig(bandwidth_hz=300.0)

@@ -1,6 +1,6 @@
 import pytest
 
-from navtool.sim.errors import SimError
+from navtool.base.setting_error import SettingError
 from navtool.sim.legged.controller_config import CONTROL_S, ControllerConfig
 from navtool.sim.legged.gaits import GAITS, GaitName
 from navtool.sim.legged.stepping import LegMode, Stepping
@@ -104,7 +104,7 @@ def test_it_stops_once_all_feet_stand() -> None:
 
 
 def test_the_controllers_settings_have_bounds() -> None:
-    with pytest.raises(SimError, match="height"):
+    with pytest.raises(SettingError, match="height"):
         ControllerConfig(height_m=0.9)
-    with pytest.raises(SimError, match="touch_n"):
+    with pytest.raises(SettingError, match="touch_n"):
         ControllerConfig(touch_n=0.0)

@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from navtool.base.setting_error import SettingError
 from navtool.pipeline.arrays import Array
 from navtool.sim.sensors.camera_config import CameraConfig
 from navtool.sim.sensors.exposure import Exposure, choose_exposure, develop
@@ -67,5 +68,5 @@ def test_equal_generators_develop_equal_pictures(seed: int) -> None:
 
 def test_wrong_settings_are_refused() -> None:
     for wrong in ({"shutter_s": 0.0}, {"largest_gain": 0.5}, {"dirt_share": 2.0}, {"edge_rays": 9}, {"full_well": 0.0}):
-        with pytest.raises(ValueError, match=r"."):
+        with pytest.raises(SettingError, match=r"."):
             CameraConfig(**wrong)

@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from navtool.base.setting_error import SettingError
 from navtool.configs.schema import config_folder
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import apply_transform, transform_from_xyz_rpy
@@ -268,5 +269,5 @@ def test_wrong_settings_are_refused() -> None:
         {"full_scale": 0.0},
         {"rate_hz": 50.0},
     ):
-        with pytest.raises(ValueError, match=r"."):
+        with pytest.raises(SettingError, match=r"."):
             replace(LidarConfig(), **wrong)

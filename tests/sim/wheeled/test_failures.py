@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from navtool.base.setting_error import SettingError
 from navtool.sim.drive.drive import Drive
 from navtool.sim.drive.failure import Failure, FailureKind
-from navtool.sim.errors import SimError
 from navtool.sim.wheeled.config import STEP_S, WheeledConfig
 from navtool.sim.wheeled.failures import FailureLimits
 from navtool.sim.wheeled.robot import WheeledRobot
@@ -127,5 +127,5 @@ def test_failures_come_in_order_and_within_the_drive(place: Place, run: Run) -> 
 
 
 def test_limits_are_checked() -> None:
-    with pytest.raises(SimError, match="stuck_s"):
+    with pytest.raises(SettingError, match="stuck_s"):
         FailureLimits(stuck_s=0.0)

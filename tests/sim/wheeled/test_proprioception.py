@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from navtool.base.setting_error import SettingError
 from navtool.pipeline.geometry.transforms import quaternion_to_rpy, transform_from_xyz_quaternion
-from navtool.sim.errors import SimError
 from navtool.sim.wheeled.config import BASE_HEIGHT_M, GRAVITY_MPS2, WHEELS
 from navtool.sim.wheeled.proprioception import SensorConfig, specific_force_mps2
 from navtool.sim.wheeled.robot import WheeledRobot
@@ -129,7 +129,7 @@ def test_streams_have_their_rates_and_the_battery_its_signs(place: Place, run: R
         assert stream.time_s[-1] == pytest.approx(5.0, abs=0.02)
     assert (drive.battery.values[:, 0] < 0).all()
     assert (drive.battery.values[:, 1] < 25.6).all()
-    with pytest.raises(SimError, match="resistance"):
+    with pytest.raises(SettingError, match="resistance"):
         SensorConfig(resistance_ohm=0.0)
-    with pytest.raises(SimError, match="scale"):
+    with pytest.raises(SettingError, match="scale"):
         SensorConfig(scale=-0.1)

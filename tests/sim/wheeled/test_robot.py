@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from navtool.base.setting_error import SettingError
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import quaternion_to_rpy
 from navtool.sim.drive.vehicle import Vehicle
@@ -210,5 +211,5 @@ def test_it_refuses_places_and_steps_that_make_no_sense(place: Place) -> None:
     for duration in (0.0, 0.01, 0.03, 0.005, -1.0):
         with pytest.raises(SimError, match=r"multiple of 0\.02 s"):
             robot.step(0.1, 0.0, duration)
-    with pytest.raises(SimError, match="mass_kg"):
+    with pytest.raises(SettingError, match="mass_kg"):
         WheeledConfig(mass_kg=0.0)

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from navtool.base.setting_error import SettingError
 from navtool.train.errors import TrainError
 from navtool.train.success.windows import DataConfig, MissingModality, Windows, plan_windows
 from navtool.train.synthetic import SyntheticConfig, SyntheticSource
@@ -134,5 +135,5 @@ def test_a_longer_horizon_than_the_labels_is_refused() -> None:
     "values", [{"history_steps": 0}, {"horizon_steps": 0}, {"robot_width_m": 0.0}, {"cache_mib": -1}]
 )
 def test_impossible_settings_are_refused(values: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match=next(iter(values))):
+    with pytest.raises(SettingError, match=next(iter(values))):
         DataConfig(**values)  # type: ignore[arg-type]  # the point of the test

@@ -7,6 +7,7 @@ import pytest
 from intensity_scene import SceneCloud, Stand, scan_scene
 from numpy.typing import NDArray
 
+from navtool.base.setting_error import SettingError
 from navtool.pipeline.intensity_map.config import GridConfig, LayerConfig
 from navtool.pipeline.intensity_map.layer_points import LayerPoints, sort_points
 from navtool.pipeline.intensity_map.obstacles import CellClass
@@ -188,5 +189,5 @@ def test_settings_that_make_no_map_are_refused() -> None:
         lambda: IntensityPeakConfig(drop=1.0),
         lambda: IntensityPeakConfig(smooth_beams=4),
     ):
-        with pytest.raises(ValueError, match=r"need|has to|have to|at least"):
+        with pytest.raises(SettingError, match=r"outside|not above|even|not 8 or more"):
             make()
