@@ -66,7 +66,11 @@ def test_a_data_set_becomes_maps(call: Call, bag: Path, tmp_path: Path) -> None:
     assert code == 0, err
     assert "8 maps of 8 clouds" in out
     assert json.loads((tmp_path / "maps" / "lineage.json").read_text())["input"]["episode"] == 0
-    for wrong, said in (("--episode=1", "there is no episode 1"), ("robot=husky", "knows its own robot")):
+    for wrong, said in (
+        ("--episode=1", "there is no episode 1"),
+        ("robot=husky", "knows its own robot"),
+        ("sync.lidar.clock=record", "has its clocks already"),
+    ):
         code, _, err = call(tmp_path / "set", "--out", tmp_path / "other", wrong)
         assert code == 2
         assert said in err
