@@ -3,6 +3,8 @@
 import os
 import sys
 from collections.abc import Callable, Sequence
+from functools import wraps
+from math import nan
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -18,9 +20,24 @@ def run_through_hydra(job: "Callable[[DictConfig], float]", config: str, argumen
     """
     import hydra
     from hydra.core.global_hydra import GlobalHydra
+    from hydra.core.hydra_config import HydraConfig
+    from hydra.types import RunMode
 
+    from navtool.base.errors import NavtoolError
     from navtool.cli.compose import usage_errors
     from navtool.configs.schema import config_folder, register
+
+    failed: list[NavtoolError] = []
+
+    @wraps(job)
+    def task(composed: "DictConfig") -> float:
+        try:
+            return job(composed)
+        except NavtoolError as error:
+            if HydraConfig.get().mode is not RunMode.RUN:
+                raise
+            failed.append(error)  # of a single job, Hydra would print a line of its own before it
+            return nan
 
     register(config)
     GlobalHydra.instance().clear()
@@ -29,10 +46,12 @@ def run_through_hydra(job: "Callable[[DictConfig], float]", config: str, argumen
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises instead of printing a traceback and leaving the process
     try:
         with usage_errors():
-            hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=config)(job)()
+            hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=config)(task)()
     finally:
         sys.argv = before
         if full_error is None:
             del os.environ["HYDRA_FULL_ERROR"]
         else:
             os.environ["HYDRA_FULL_ERROR"] = full_error
+    if failed:
+        raise failed[0]

@@ -92,3 +92,4 @@ def test_a_job_that_fails_says_why_once(navtool_here: Callable[..., Any], small_
     assert single.code == 2, "the call is wrong"
     assert "weights.pt" in single.err
     assert single.err.count("error:") == 1
+    assert "Error executing job" not in single.err
