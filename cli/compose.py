@@ -8,8 +8,6 @@ from navtool.base.errors import NavtoolError
 from navtool.base.setting_error import SettingError
 
 _CURE = "the command's `--cfg job` prints every key with its value"
-_SCHEMA = re.compile(r" \w+_schema\b")
-"""Where Hydra lists the options of a group: what the dataclasses are registered as, which is none for a user."""
 _BY_NAME = re.compile(
     r"(sync\.cameras|sync\.lidars|robot\.cameras|robot\.lidars|robot\.mounting)(?:\.([\w.]+))?=(.*)", re.S
 )
@@ -187,7 +185,7 @@ def _readable(error: BaseException) -> str:
     current: BaseException | None = error
     while current is not None:
         text = " ".join(line.strip() for line in str(current).splitlines() if _says_something(line))
-        text = _SCHEMA.sub("", text.partition(" Config search path:")[0])
+        text = text.partition(" Config search path:")[0]
         if text and text not in messages:
             messages.append(text)
         current = current.__cause__
@@ -197,6 +195,7 @@ def _readable(error: BaseException) -> str:
 def _says_something(line: str) -> bool:
     noise = (
         "To append to your config use",
+        "To append to your default list use",
         "full_key:",
         "reference_type=",
         "object_type=",
