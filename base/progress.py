@@ -12,13 +12,13 @@ class Progress(Protocol):
     """
 
     def begin(self, things: int, work: int) -> None:
-        """So many recordings or episodes are to be made of so many units of work, each of which takes about as long."""
+        """So many things are to be done (recordings, checks), of so many units of work that each take about as long."""
 
     def advance(self, done: int, spared: int) -> None:
         """So many units of work were done, and so many will not be done after all."""
 
     def done(self, things: int, name: str) -> None:
-        """So many recordings or episodes are done, this one last."""
+        """So many things are done, this one last."""
 
 
 class Silent:

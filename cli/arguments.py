@@ -46,12 +46,12 @@ def local_path(text: str) -> Path:
         UsageError: There is no such file or folder.
         DatasetsError: A URL cannot be reached or holds no recording.
     """
-    from navtool.cli.progress import fetching
+    from navtool.cli.progress import WorkProgress
     from navtool.datasets.recording.remote import default_cache, is_url, local_paths
 
     if not is_url(text):
         require_there(Path(text))
         return Path(text)
-    with fetching() as fetched:
-        (path,) = local_paths([text], default_cache(), fetched)
+    with WorkProgress("files fetched") as progress:
+        (path,) = local_paths([text], default_cache(), progress)
     return path

@@ -18,11 +18,12 @@ def check(
     """
     from navtool.cli.arguments import require_there
     from navtool.cli.console import console, print_json, print_table
+    from navtool.cli.progress import WorkProgress
     from navtool.datasets.check import check_dataset
 
     require_there(dataset, splits)
-    with console(error=True).status("checking") as status:
-        report = check_dataset(dataset, lambda name: status.update(f"checking {name}"), splits=splits)
+    with WorkProgress("checks") as progress:
+        report = check_dataset(dataset, splits=splits, progress=progress)
     if as_json:
         print_json(report.to_json())
     else:

@@ -111,7 +111,8 @@ def _data_set(stages: Stages, out: Path, recorded: Recorded) -> "LabelReport":
         with WorkProgress("recordings") as progress:
             print_ingest(ingest(recorded.paths, dataset, job.robot, job.config(), workers=2, progress=progress))
     with stages.stage("label", "collisions, standstills and interventions", dataset):
-        labels = label_dataset(dataset, compose("label", [], LabelConfig))
+        with WorkProgress("episodes") as progress:
+            labels = label_dataset(dataset, compose("label", [], LabelConfig), progress=progress)
         print_labels(labels, dataset)
     with stages.stage("check", "every row, frame and footer", dataset):
         check(dataset, splits=None, as_json=False)
@@ -124,6 +125,7 @@ def _model(
     from navtool.cli.compose import compose, quoted
     from navtool.cli.demo_report import DemoReport
     from navtool.cli.evaluate import print_evaluation
+    from navtool.cli.progress import WorkProgress
     from navtool.cli.train import print_run
     from navtool.cli.verify import print_verification
     from navtool.configs.train_job import TrainJob
@@ -137,7 +139,8 @@ def _model(
     dataset = out / "dataset"
     with stages.stage("train", f"GrASPE, {epochs} epochs", out / "run") as run:
         settings = ["experiment=demo", f"seed={seed}", f"trainer.epochs={epochs}", f"dataset={quoted(dataset)}"]
-        print_run(train(compose("train", settings, TrainJob).config(), dataset, run, progress=True))
+        with WorkProgress("epochs") as progress:
+            print_run(train(compose("train", settings, TrainJob).config(), dataset, run, progress=progress))
     with stages.stage("evaluate", "on a place that training never saw", run / "evaluation.json") as written:
         evaluation = evaluate_source(run, dataset, "test", written)
         print_evaluation(evaluation)

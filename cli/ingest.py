@@ -74,13 +74,13 @@ def _recordings(named: list[str]) -> list[Path]:
     """Where the recordings lie that are named; those that are URLs are fetched once the others are there."""
     from navtool.cli.arguments import require_there
     from navtool.cli.compose import wrong_call
-    from navtool.cli.progress import fetching
+    from navtool.cli.progress import WorkProgress
     from navtool.datasets.recording.remote import default_cache, is_url, local_paths
 
     with wrong_call():
         require_there(*local_paths([text for text in named if not is_url(text)], default_cache()))
-    with fetching() as fetched:
-        return local_paths(named, default_cache(), fetched)
+    with WorkProgress("files fetched") as progress:
+        return local_paths(named, default_cache(), progress)
 
 
 def print_ingest(report: "IngestReport") -> None:

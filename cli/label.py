@@ -23,7 +23,8 @@ def label(
     """
     from navtool.cli.arguments import require_there, split_overrides
     from navtool.cli.compose import UsageError, compose, print_config
-    from navtool.cli.console import console, print_json
+    from navtool.cli.console import print_json
+    from navtool.cli.progress import WorkProgress
     from navtool.datasets.labels.apply import label_dataset
     from navtool.datasets.labels.config import LabelConfig
 
@@ -37,8 +38,8 @@ def label(
         raise UsageError(f"{len(folders)} data sets were named", where="label", cure="name one folder")
     root = Path(folders[0])
     require_there(root, events)
-    with console(error=True).status("labelling"):
-        report = label_dataset(root, config, events)
+    with WorkProgress("episodes") as progress:
+        report = label_dataset(root, config, events, progress=progress)
     if as_json:
         print_json(report.to_json())
     else:

@@ -1,8 +1,7 @@
 """Progress bars, drawn on standard error where a person looks at it."""
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from datetime import timedelta
 from math import ceil
 from types import TracebackType
@@ -18,7 +17,10 @@ _FOREKNOWN_S = 1.0
 
 
 class WorkProgress:
-    """Draws how far recordings or episodes are, and how long the rest takes at the pace of what was done so far."""
+    """Draws how far a command is, and how long the rest takes at the pace of what was done so far.
+
+    It goes when it is done; where nobody looks nothing is drawn, not even an empty line.
+    """
 
     def __init__(self, things: str, clock: Callable[[], float] = time.monotonic) -> None:
         """Prepare it.
@@ -27,7 +29,17 @@ class WorkProgress:
             things: What is counted, such as ``recordings``.
             clock: Seconds from any moment on.
         """
-        self._bar = _bar(BarColumn(), TextColumn("{task.percentage:3.0f}%"), _TimeLeft(), clock=clock)
+        console = Console(stderr=True)
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:3.0f}%"),
+            _TimeLeft(),
+            console=console,
+            transient=True,
+            get_time=clock,
+            disable=not console.is_terminal,
+        )
         self._things, self._clock, self._drawn_s = things, clock, 0.0
         self._count, self._total, self._done = 0, 0, 0
         self._task: TaskID | None = None
@@ -91,36 +103,3 @@ def _left_s(task: Task) -> float | None:
     if task.elapsed is None or task.elapsed < _FOREKNOWN_S or not task.completed or task.remaining is None:
         return None
     return task.elapsed * task.remaining / task.completed
-
-
-def _bar(*columns: ProgressColumn, clock: Callable[[], float] | None = None) -> Progress:
-    """A bar that goes when it is done; where nobody looks at it nothing is drawn, not even an empty line."""
-    console = Console(stderr=True)
-    return Progress(
-        TextColumn("{task.description}"),
-        *columns,
-        console=console,
-        transient=True,
-        get_time=clock,
-        disable=not console.is_terminal,
-    )
-
-
-@contextmanager
-def fetching() -> Iterator[Callable[[str, int], None]]:
-    """Draws what is being fetched, and how much of it has come: called with a URL and the bytes of each piece."""
-    bar = _bar(BarColumn())
-    tasks: dict[str, TaskID] = {}
-    fetched: dict[str, int] = {}
-
-    def fetch(url: str, read_bytes: int) -> None:
-        fetched[url] = fetched.get(url, 0) + read_bytes
-        text = f"fetching {url}: {fetched[url] / 1e6:.0f} MB"
-        for other in [other for other in tasks if other != url]:
-            bar.remove_task(tasks.pop(other))
-        if url not in tasks:
-            tasks[url] = bar.add_task(text, total=None)
-        bar.update(tasks[url], description=text)
-
-    with bar:
-        yield fetch

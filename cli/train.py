@@ -52,6 +52,7 @@ def train_job(composed: "DictConfig") -> float:
 
     from navtool.cli.arguments import require_there
     from navtool.cli.compose import UsageError, to_typed, wrong_call
+    from navtool.cli.progress import WorkProgress
     from navtool.configs.train_job import TrainJob
     from navtool.train.resume import first_epoch
     from navtool.train.run import train as run
@@ -64,16 +65,19 @@ def train_job(composed: "DictConfig") -> float:
     out = Path(HydraConfig.get().runtime.output_dir)
     with wrong_call():
         first_epoch(RunFolder(out), job.config(), resume=False)
-    result = run(job.config(), Path(job.dataset), out, progress=True)
+    with WorkProgress("epochs") as progress:
+        result = run(job.config(), Path(job.dataset), out, progress=progress)
     print_run(result)
     return result.best_val_loss
 
 
 def resume_run(path: Path) -> "RunResult":
     """Go on with an interrupted run."""
+    from navtool.cli.progress import WorkProgress
     from navtool.train.run import resume
 
-    return resume(path, progress=True)
+    with WorkProgress("epochs") as progress:
+        return resume(path, progress=progress)
 
 
 def print_run(result: "RunResult") -> None:

@@ -7,12 +7,14 @@ from contextlib import contextmanager
 
 import lightning.pytorch as pl
 import torch
-from lightning.pytorch.callbacks import LearningRateMonitor, RichProgressBar
+from lightning.pytorch.callbacks import LearningRateMonitor
 from lightning.pytorch.loggers import TensorBoardLogger
 
 from navtool.base.plain import flatten
+from navtool.base.progress import Progress
 from navtool.train.config import Precision, TrainConfig
 from navtool.train.datamodule import RunData
+from navtool.train.epoch_progress import EpochProgress
 from navtool.train.errors import TrainError
 from navtool.train.models import kind_of
 from navtool.train.module import NetworkModule
@@ -31,7 +33,7 @@ def fit(
     *,
     device: torch.device,
     resume: bool,
-    progress: bool,
+    progress: Progress | None,
 ) -> None:
     """Train to the configured number of epochs, from the folder's last checkpoint where ``resume`` says so.
 
@@ -56,9 +58,9 @@ def fit(
                 *callbacks,
                 LearningRateMonitor(logging_interval="epoch"),
                 *([PredictionFigure(picture, data.samples[Split.val], config)] if picture is not None else []),
-                *([RichProgressBar()] if progress else []),
+                *([EpochProgress(progress)] if progress is not None else []),
             ],
-            enable_progress_bar=progress,
+            enable_progress_bar=False,
             enable_model_summary=False,
             num_sanity_val_steps=0,
             use_distributed_sampler=False,

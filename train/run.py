@@ -8,6 +8,7 @@ from pathlib import Path
 import torch
 from torch import nn
 
+from navtool.base.progress import Progress
 from navtool.train.checkpoint import checkpoint_stamp, load_run
 from navtool.train.config import TrainConfig
 from navtool.train.datamodule import RunData
@@ -52,7 +53,9 @@ class RunResult:
     """What the model's task says about the training samples."""
 
 
-def train(config: TrainConfig, dataset: Path, out: Path, *, resume: bool = False, progress: bool = False) -> RunResult:
+def train(
+    config: TrainConfig, dataset: Path, out: Path, *, resume: bool = False, progress: Progress | None = None
+) -> RunResult:
     """Train a network and leave a run folder.
 
     On one CPU the weights are a function of data set, configuration and code, and a run that was stopped and resumed
@@ -64,7 +67,7 @@ def train(config: TrainConfig, dataset: Path, out: Path, *, resume: bool = False
             labelled.
         out: The run's folder; must not hold another run.
         resume: Go on from the last whole epoch of the run in ``out``; begin it where there is none.
-        progress: Show a progress bar.
+        progress: Learns how far it is.
 
     Raises:
         TrainError: The run cannot be begun, resumed or finished; the message names the cure.
@@ -73,7 +76,7 @@ def train(config: TrainConfig, dataset: Path, out: Path, *, resume: bool = False
     return train_source(config, kind_of(config.model).task.open(dataset), out, resume=resume, progress=progress)
 
 
-def resume(run: Path, *, progress: bool = False) -> RunResult:
+def resume(run: Path, *, progress: Progress | None = None) -> RunResult:
     """Go on with a run as it was configured, on the data set that it began with.
 
     Raises:
@@ -86,7 +89,7 @@ def resume(run: Path, *, progress: bool = False) -> RunResult:
 
 
 def train_source(
-    config: TrainConfig, source: Source, out: Path, *, resume: bool = False, progress: bool = False
+    config: TrainConfig, source: Source, out: Path, *, resume: bool = False, progress: Progress | None = None
 ) -> RunResult:
     """`train` on any source that offers what the model's task needs."""
     begin = time.perf_counter()

@@ -6,6 +6,7 @@ from pathlib import Path
 import pyarrow as pa
 
 from navtool.base.errors import DatasetsError
+from navtool.base.progress import Progress, Silent
 from navtool.datasets.check.content import check_clouds, check_streams, check_values, check_video
 from navtool.datasets.check.files import check_counters, check_files, check_metadata
 from navtool.datasets.check.findings import CheckReport, Finding, Findings, Severity, first_line
@@ -35,16 +36,14 @@ _DAMAGE = (ArithmeticError, LookupError, TypeError, ValueError, OSError, pa.Arro
 """What libraries answer values of other types, shapes and numbers with than the data set's own."""
 
 
-def check_dataset(
-    root: Path, on_check: Callable[[str], None] | None = None, *, splits: Path | None = None
-) -> CheckReport:
+def check_dataset(root: Path, *, splits: Path | None = None, progress: Progress | None = None) -> CheckReport:
     """Look at everything in a data set, down to the last row, frame and footer.
 
     Nothing is changed. Damage is reported as a finding; only a folder that is no data set of ours raises.
 
     Args:
-        on_check: Called with the name of each check as it begins.
         splits: A file that names splits of the data set, such as a run's ``lineage.json``; they are looked at too.
+        progress: Learns how many checks are done.
 
     Raises:
         DatasetsError: If there is no data set of this schema version here, or the file names no splits.
@@ -63,9 +62,9 @@ def check_dataset(
     checks = CHECKS
     if named is not None:
         checks = CHECKS | {"named splits": lambda opened: check_splits(opened, named, str(splits))}
+    shown = progress or Silent()
+    shown.begin(len(checks), len(checks))
     for name, check in checks.items():
-        if on_check is not None:
-            on_check(name)
         report.checks.append(name)
         try:
             for severity, where, what in check(dataset):
@@ -75,4 +74,6 @@ def check_dataset(
         except _DAMAGE as error:
             what = f"cannot be looked at: {type(error).__name__}: {first_line(error)}"
             report.findings.append(Finding(Severity.FAIL, name, str(root), what))
+        shown.advance(1, 0)
+        shown.done(len(report.checks), name)
     return report

@@ -2,7 +2,6 @@
 
 import logging
 import shutil
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from navtool.base.errors import OutputError
 from navtool.base.files import read_json, write_json
 from navtool.base.lineage import code_version, config_hash, file_sha256
 from navtool.base.plain import plain
+from navtool.base.progress import Progress, Silent
 from navtool.datasets.labels.config import LabelConfig
 from navtool.datasets.labels.episode import EpisodeLabels, label_episode
 from navtool.datasets.labels.events import Bag, Event, read_events
@@ -31,16 +31,15 @@ LABELS_VERSION = 1
 SPEED_RATIO = 1.1
 """Poses and speeds of an odometry that differ by a larger factor are worth a note."""
 _REBUILD = "run `navtool check` on it; ingest its recording again"
-type OnStep = Callable[[str, int, int], None]
 
 
 def label_dataset(
     root: Path,
     config: LabelConfig,
     events: Path | None = None,
-    on_step: OnStep | None = None,
     *,
     workers: int = 2,
+    progress: Progress | None = None,
 ) -> LabelReport:
     """Give every row of a data set its label columns, by the rules and an events file.
 
@@ -52,42 +51,42 @@ def label_dataset(
         root: The data set.
         config: When a rule calls a portion failed.
         events: An events file, CSV or JSON; None for none.
-        on_step: Called with ``rules``, ``write`` or ``replace``, the number of files done, and of all.
         workers: Data files that are written at the same time.
+        progress: Learns how far it is: an episode's work is to find its labels, and to write them where they change.
 
     Raises:
         DatasetsError: If it is no data set, another process writes to it, or the events file is faulty.
         OutputError: If a file cannot be written; the labels are then as they were.
     """
-    on_step = on_step or _nothing
     read_description(root)
     with open_store(root):
         finish(root)
         try:
-            return _label(root, config, events, on_step, workers)
+            return _label(root, config, events, workers, progress or Silent())
         except BaseException:
             # Before the journal this takes the new files away; after it, it completes the step.
             finish(root)
             raise
 
 
-def _label(root: Path, config: LabelConfig, events: Path | None, on_step: OnStep, workers: int) -> LabelReport:
+def _label(root: Path, config: LabelConfig, events: Path | None, workers: int, progress: Progress) -> LabelReport:
     dataset = NavDataset(root)
     report = LabelReport(dataset=str(root), episodes=len(dataset.episodes), rows=len(dataset))
     by_bag = _events_by_bag(dataset, events, report)
+    progress.begin(len(dataset.episodes), 2 * len(dataset.episodes))
     labelled: list[EpisodeLabels] = []
     for episode in dataset.episodes:
-        on_step("rules", episode.index, len(dataset.episodes))
         labels = label_episode(dataset, episode, config, by_bag.get(episode.source, []))
         _count(report, episode, labels)
         labelled.append(labels)
+        progress.advance(1, 0)
     report.rewritten = [
         episode.index for episode in dataset.episodes if _differs(dataset, episode, labelled[episode.index])
     ]
-    targets = _write_data(dataset, labelled, report.rewritten, on_step, workers)
+    targets = _write_data(dataset, labelled, report.rewritten, workers, progress)
     targets += _write_stats(dataset, labelled)
     targets.append(_write_summary(dataset, config, report))
-    commit(root, targets, lambda done: on_step("replace", done, len(targets)))
+    commit(root, targets)
     logger.info("%s: labels of %d of %d episodes changed", root, len(report.rewritten), report.episodes)
     return report
 
@@ -132,7 +131,7 @@ def _differs(dataset: NavDataset, episode: Episode, labels: EpisodeLabels) -> bo
 
 
 def _write_data(
-    dataset: NavDataset, labelled: list[EpisodeLabels], changed: list[int], on_step: OnStep, workers: int
+    dataset: NavDataset, labelled: list[EpisodeLabels], changed: list[int], workers: int, progress: Progress
 ) -> list[Path]:
     targets = [dataset.layout.data(index) for index in changed]
     needed = sum(target.stat().st_size for target in targets)
@@ -144,14 +143,18 @@ def _write_data(
             cure="free some space: the old files go only when all new ones are there",
         )
 
-    def write(index: int) -> None:
+    unchanged = len(labelled) - len(changed)
+    progress.advance(0, unchanged)
+
+    def write_labels(index: int) -> None:
         target = dataset.layout.data(index)
         rewrite_columns(target, staged(target), arrow_schema(dataset.features), labelled[index].columns)
 
     try:
         with ThreadPoolExecutor(max_workers=workers) as pool:
-            for done, _ in enumerate(pool.map(write, changed)):
-                on_step("write", done + 1, len(changed))
+            for done, _ in enumerate(pool.map(write_labels, changed)):
+                progress.advance(1, 0)
+                progress.done(unchanged + done + 1, dataset.episodes[changed[done]].source)
     except OSError as error:
         cure = "check the disk's space and the folder's rights"
         raise OutputError(f"cannot be written ({error.strerror})", where=dataset.root, cure=cure) from error
@@ -178,7 +181,3 @@ def _write_summary(dataset: NavDataset, config: LabelConfig, report: LabelReport
     made_with = {"config": plain(config), "config_hash": config_hash(config), "code_version": code_version()}
     write_json(staged(target), {"schema_version": LABELS_VERSION} | reported | made_with)
     return target
-
-
-def _nothing(_stage: str, _done: int, _of: int) -> None:
-    return None

@@ -9,9 +9,11 @@ from collections.abc import Callable, Sequence
 from glob import glob
 from itertools import takewhile
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from navtool.base.errors import DatasetsError, OutputError
+from navtool.base.meter import Meter
+from navtool.base.progress import Progress, Silent
 from navtool.datasets.recording.foreign import describe
 
 _REMOTE = re.compile(r"^[a-z][a-z0-9+.-]+://", re.IGNORECASE)
@@ -30,34 +32,60 @@ def is_url(text: str) -> bool:
     return bool(_REMOTE.match(text))
 
 
-def local_paths(inputs: Sequence[str], cache: Path, on_bytes: Callable[[str, int], None] | None = None) -> list[Path]:
-    """The paths that a user's inputs stand for; what is remote is fetched into the cache.
+def local_paths(inputs: Sequence[str], cache: Path, progress: Progress | None = None) -> list[Path]:
+    """The paths that a user's inputs stand for; what is remote is fetched into the cache, once all inputs are found.
 
     Args:
         inputs: Paths, glob patterns, or URLs such as ``s3://bucket/runs/*.mcap`` of files, folders or patterns.
         cache: Where fetched files go, each below a folder of its URL's hash. One that is there already with its full
             size is not fetched again.
-        on_bytes: Called with a file's URL and the bytes of each piece fetched.
+        progress: Learns how many files and bytes are fetched.
 
     Raises:
         DatasetsError: A pattern matches nothing, or a URL cannot be reached or holds no recording.
         OutputError: The cache cannot be written.
     """
     paths: list[Path] = []
+    missing: list[_RemoteFile] = []
     for text in inputs:
         if is_url(text):
-            paths += _fetched(text, cache, on_bytes)
-        elif Path(text).exists() or not re.search(r"[*?\[]", text):
-            paths.append(Path(text))
+            path, files = _listed(text, cache)
+            paths.append(path)
+            missing += [file for file in files if not file.is_there()]
         else:
-            found = sorted(glob(text, recursive=True))  # noqa: PTH207 - whole paths, absolute ones too
-            if not found:
-                raise DatasetsError("no file matches the pattern", where=text, cure="check it; quote it for **")
-            paths += [Path(entry) for entry in found]
+            paths += _local(text)
+    if missing:
+        _fetch_all(missing, progress or Silent())
     return paths
 
 
-def _fetched(url: str, cache: Path, on_bytes: Callable[[str, int], None] | None) -> list[Path]:
+def _local(text: str) -> list[Path]:
+    if Path(text).exists() or not re.search(r"[*?\[]", text):
+        return [Path(text)]
+    found = sorted(glob(text, recursive=True))  # noqa: PTH207 - whole paths, absolute ones too
+    if not found:
+        raise DatasetsError("no file matches the pattern", where=text, cure="check it; quote it for **")
+    return [Path(entry) for entry in found]
+
+
+class _RemoteFile(NamedTuple):
+    """A file that lies elsewhere, and where it is fetched to."""
+
+    system: Any
+    name: str
+    size: int
+    """Bytes; 0 where a server does not say."""
+    url: str
+    """What the user wrote."""
+    target: Path
+
+    def is_there(self) -> bool:
+        """Whether it was fetched before, whole."""
+        return self.target.is_file() and self.target.stat().st_size == self.size
+
+
+def _listed(url: str, cache: Path) -> tuple[Path, list[_RemoteFile]]:
+    """Where what lies at a URL is fetched to, and the files of it."""
     system, location = _system(url)
     try:
         names = _files(system, location)
@@ -69,14 +97,20 @@ def _fetched(url: str, cache: Path, on_bytes: Callable[[str, int], None] | None)
         raise DatasetsError("no recording there", where=url, cure=cure)
     base = cache / hashlib.sha256(url.encode()).hexdigest()[:16]
     root = location.rstrip("/").rpartition("/")[0] if len(names) == 1 else _common(names)
-    paths = []
-    for name, size in zip(names, sizes, strict=True):
-        inside = name.removeprefix(root).lstrip("/")
-        target = _inside(base / (root.rpartition("/")[2] or "files") / inside, base)
-        if not (target.is_file() and target.stat().st_size == size):
-            _fetch(system, name, url, size, target, on_bytes)
-        paths.append(target)
-    return paths if len(paths) == 1 else [base / (root.rpartition("/")[2] or "files")]
+    folder = base / (root.rpartition("/")[2] or "files")
+    targets = [_inside(folder / name.removeprefix(root).lstrip("/"), base) for name in names]
+    files = [
+        _RemoteFile(system, name, size, url, target) for name, size, target in zip(names, sizes, targets, strict=True)
+    ]
+    return targets[0] if len(targets) == 1 else folder, files
+
+
+def _fetch_all(files: Sequence[_RemoteFile], progress: Progress) -> None:
+    progress.begin(len(files), sum(file.size for file in files))
+    for number, file in enumerate(files, 1):
+        with Meter(file.size, progress.advance) as meter:
+            _fetch(file, meter.part(0, file.size))
+        progress.done(number, file.name)
 
 
 def _system(url: str) -> tuple[Any, str]:
@@ -117,24 +151,22 @@ def _inside(target: Path, base: Path) -> Path:
     return target
 
 
-def _fetch(
-    system: Any, name: str, url: str, size: int, target: Path, on_bytes: Callable[[str, int], None] | None
-) -> None:
+def _fetch(file: _RemoteFile, on_reached: Callable[[int], None]) -> None:
+    target, url = file.target, file.url
     part = target.with_name(f".{target.name}.part")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with part.open("wb") as out:
             fetched = 0
-            with system.open(name, "rb") as remote:
+            with file.system.open(file.name, "rb") as remote:
                 while piece := _read(remote, url):
                     out.write(piece)
                     fetched += len(piece)
-                    if on_bytes is not None:
-                        on_bytes(name, len(piece))
+                    on_reached(fetched)
             out.flush()
             os.fsync(out.fileno())
-        if size and fetched != size:
-            raise DatasetsError(f"{fetched} of {size} bytes came", where=url, cure="run the command again")
+        if file.size and fetched != file.size:
+            raise DatasetsError(f"{fetched} of {file.size} bytes came", where=url, cure="run the command again")
         shutil.move(part, target)
     except DatasetsError:
         part.unlink(missing_ok=True)

@@ -28,7 +28,11 @@ def journal_path(root: Path) -> Path:
 
 
 def commit(
-    root: Path, targets: Sequence[Path], on_step: Callable[[int], None] | None = None, *, remove: Sequence[Path] = ()
+    root: Path,
+    targets: Sequence[Path],
+    on_replaced: Callable[[int], None] | None = None,
+    *,
+    remove: Sequence[Path] = (),
 ) -> None:
     """Replace each target by its staged file or folder. The caller holds the data set's lock.
 
@@ -38,7 +42,7 @@ def commit(
     Args:
         root: The data set.
         targets: Files or folders of the data set, each with its complete staged counterpart.
-        on_step: Called with the number of replaced files so far, before each and at the end.
+        on_replaced: Called with the number of replaced files so far, before each and at the end.
         remove: Files of the data set that do not hold any more.
 
     Raises:
@@ -57,7 +61,7 @@ def commit(
         _sync(journal_path(root).parent)
     except OSError as error:
         raise OutputError(f"cannot be written ({error.strerror})", where=root, cure=_CURE) from error
-    _replay(root, on_step)
+    _replay(root, on_replaced)
 
 
 def recover(root: Path) -> bool:
@@ -104,9 +108,9 @@ def finish(root: Path) -> bool:
     return pending
 
 
-def _replay(root: Path, on_step: Callable[[int], None] | None = None) -> bool:
+def _replay(root: Path, on_replaced: Callable[[int], None] | None = None) -> bool:
     """Do what the journal says, and take it away; whether there was one."""
-    announce = on_step or _ignore
+    announce = on_replaced or _ignore
     journal = journal_path(root)
     pending = journal.exists()
     try:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from navtool.cli.progress import WorkProgress, fetching
+from navtool.cli.progress import WorkProgress
 
 
 class Clock:
@@ -63,8 +63,6 @@ def test_the_steps_of_another_pace_do_not_make_the_end_jump() -> None:
 
 
 def test_nothing_is_drawn_where_nobody_looks(capfd: pytest.CaptureFixture[str]) -> None:
-    with fetching() as fetched:
-        fetched("http://host/run.bag", 10)
     with WorkProgress("recordings") as bar:
         bar.begin(1, 10)
         bar.advance(10, 0)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from counted import Counted
 from numpy.typing import NDArray
 from tensorboard.backend.event_processing.event_accumulator import (  # type: ignore[import-untyped]  # no types
     EventAccumulator,
@@ -135,7 +136,10 @@ def test_an_interrupted_run_resumes_to_the_bit(
         train_source(config, source, run, resume=True)
     assert caught.value.cure == "resume the run"
     assert read_checkpoint(RunFolder(run).last)["epoch"] == 0
-    result = train_source(config, SyntheticSource(small_world), run, resume=True)
+    progress = Counted()
+    result = train_source(config, SyntheticSource(small_world), run, resume=True, progress=progress)
+    assert progress.adds_up()
+    assert [things for things, _ in progress.finished] == [1, 2]
     assert result.epochs == 3
     assert_same_state(run, finished.run)
     assert (result.best_epoch, result.best_val_loss) == (finished.best_epoch, finished.best_val_loss)

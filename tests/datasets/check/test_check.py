@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from counted import Counted
 from dataset_damage import DAMAGE
 
 from navtool.datasets.check import CheckReport, Severity, check_dataset
@@ -32,7 +33,10 @@ ALWAYS = {("WARN", "leakage")}
 
 
 def test_a_sound_data_set_has_nothing_but_what_it_says_of_itself(labelled_dataset: Path) -> None:
-    report = check_dataset(labelled_dataset)
+    progress = Counted()
+    report = check_dataset(labelled_dataset, progress=progress)
+    assert progress.adds_up()
+    assert [name for _, name in progress.finished] == report.checks
     assert report.passed
     assert _findings(report) == ALWAYS
     assert all("of the same time as" in finding.message for finding in report.findings)

@@ -12,14 +12,17 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from counted import Counted
 
 from navtool.base.errors import DatasetsError
+from navtool.base.progress import Silent
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.labels.apply import label_dataset
 from navtool.datasets.labels.config import CollisionConfig, LabelConfig, StuckConfig
 from navtool.datasets.labels.report import LabelReport
 from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.store import journal
 from navtool.datasets.store.journal import journal_path, recover
 from navtool.datasets.store.reader import NavDataset
 
@@ -34,13 +37,23 @@ KILLED = 9
 LABEL_AND_DIE = f"""
 import os, sys
 from pathlib import Path
-from navtool.datasets.labels.apply import label_dataset
+from navtool.base.progress import Silent
+from navtool.datasets.labels import apply
 from navtool.datasets.labels.config import LabelConfig
+from navtool.datasets.store import journal
 stage, at = sys.argv[2], int(sys.argv[3])
-def watch(now, done, of):
-    if now == stage and done == at:
+def die(done):
+    if done == at:
         os._exit({KILLED})
-label_dataset(Path(sys.argv[1]), LabelConfig(), None, watch)
+class Killer(Silent):
+    worked = 0
+    def advance(self, done, spared):
+        self.worked += done
+        if stage == "write":
+            die(self.worked)
+if stage == "replace":
+    apply.commit = lambda root, targets: journal.commit(root, targets, die)
+apply.label_dataset(Path(sys.argv[1]), LabelConfig(), progress=Killer())
 """
 
 
@@ -258,7 +271,7 @@ def without_code_version(content: dict[str, bytes]) -> dict[str, Any]:
     return content | {"navtool/labels.json": {key: value for key, value in told.items() if key != "code_version"}}
 
 
-@pytest.mark.parametrize(("stage", "at"), [pytest.param("write", 1, marks=pytest.mark.slow), ("replace", 3)])
+@pytest.mark.parametrize(("stage", "at"), [pytest.param("write", 3, marks=pytest.mark.slow), ("replace", 3)])
 def test_a_killed_run_leaves_all_old_or_all_new_labels(dataset: Path, tmp_path: Path, stage: str, at: int) -> None:
     shutil.copytree(dataset, tmp_path / "whole")
     label_dataset(tmp_path / "whole", LabelConfig())
@@ -275,22 +288,24 @@ def test_a_killed_run_leaves_all_old_or_all_new_labels(dataset: Path, tmp_path: 
 def test_a_failure_before_the_step_takes_the_new_files_away(dataset: Path) -> None:
     before = files(dataset)
 
-    def fail(stage: str, done: int, _of: int) -> None:
-        if (stage, done) == ("write", 1):
-            raise KeyboardInterrupt
+    class Interrupted(Silent):
+        def done(self, things: int, name: str) -> None:
+            raise KeyboardInterrupt(things, name)
 
     with pytest.raises(KeyboardInterrupt):
-        label_dataset(dataset, LabelConfig(), on_step=fail)
+        label_dataset(dataset, LabelConfig(), progress=Interrupted())
     assert files(dataset) == before
 
 
-def test_a_failure_within_the_step_completes_it(dataset: Path) -> None:
-    def fail(stage: str, done: int, _of: int) -> None:
-        if (stage, done) == ("replace", 2):
+def test_a_failure_within_the_step_completes_it(dataset: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(done: int) -> None:
+        if done == 2:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        label_dataset(dataset, LabelConfig(), on_step=fail)
+    with monkeypatch.context() as patch:
+        patch.setattr("navtool.datasets.labels.apply.commit", lambda root, targets: journal.commit(root, targets, fail))
+        with pytest.raises(KeyboardInterrupt):
+            label_dataset(dataset, LabelConfig())
     assert not journal_path(dataset).exists()
     assert label_dataset(dataset, LabelConfig()).rewritten == []
 
@@ -310,12 +325,11 @@ def test_what_is_no_data_set_or_cannot_be_read_is_refused(dataset: Path, tmp_pat
     assert files(dataset) == before
 
 
-def test_progress_counts_every_stage_to_its_end(dataset: Path) -> None:
-    seen: dict[str, list[tuple[int, int]]] = {}
-    report: LabelReport = label_dataset(
-        dataset, LabelConfig(), on_step=lambda stage, done, of: seen.setdefault(stage, []).append((done, of))
-    )
-    assert seen["rules"] == [(0, 2), (1, 2)]
-    assert seen["write"] == [(1, 2), (2, 2)]
-    assert seen["replace"] == [(done, 6) for done in range(7)]
+def test_progress_adds_up_whether_labels_change_or_not(dataset: Path) -> None:
+    first, again = Counted(), Counted()
+    report: LabelReport = label_dataset(dataset, LabelConfig(), progress=first)
     assert report.rewritten == [0, 1]
+    assert (first.begun, first.worked, first.spared) == ((2, 4), 4, 0)
+    assert [things for things, _ in first.finished] == [1, 2]
+    label_dataset(dataset, LabelConfig(), progress=again)
+    assert (again.begun, again.worked, again.spared) == ((2, 4), 2, 2)

@@ -8,6 +8,7 @@ from typing import Any
 import aiohttp
 import fsspec
 import pytest
+from counted import Counted
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.recording import open_recording
@@ -29,14 +30,18 @@ def test_a_file_of_a_web_server(
 ) -> None:
     url, folder = server
     written = recording_writer(folder, "mcap_lz4", IMU, "run-1")
-    pieces: list[int] = []
-    (path,) = local_paths([f"{url}/run-1.mcap"], tmp_path / "cache", lambda _, size: pieces.append(size))
+    progress = Counted()
+    (path,) = local_paths([f"{url}/run-1.mcap"], tmp_path / "cache", progress)
     assert path.name == "run-1.mcap"
     assert path.read_bytes() == written.read_bytes()
-    assert sum(pieces) == written.stat().st_size
+    assert progress.begun == (1, written.stat().st_size)
+    assert (progress.worked, progress.spared) == (written.stat().st_size, 0)
+    assert [things for things, _ in progress.finished] == [1]
     with open_recording(path) as recording:
         assert recording.message_count == 9
-    assert local_paths([f"{url}/run-1.mcap"], tmp_path / "cache", lambda *_: pytest.fail("fetched again")) == [path]
+    again = Counted()
+    assert local_paths([f"{url}/run-1.mcap"], tmp_path / "cache", again) == [path]
+    assert again.begun is None
     with pytest.raises(DatasetsError, match="there is nothing at this address"):
         local_paths([f"{url}/absent.mcap"], tmp_path / "cache")
 
