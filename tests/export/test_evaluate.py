@@ -23,7 +23,7 @@ from navtool.train.splits import SplitConfig
 
 @pytest.fixture(scope="module")
 def trained(labelled_dataset: Path, config: TrainConfig, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One epoch on one of the four recorded places."""
+    """One epoch on one of the three recorded places."""
     network = config.model
     assert isinstance(network, GraspeConfig)
     settings = TrainConfig(

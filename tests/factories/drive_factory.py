@@ -179,10 +179,10 @@ def drive_entries() -> Callable[..., list[Entry]]:
 
 @pytest.fixture(scope="session")
 def labelled_dataset(tmp_path_factory: pytest.TempPathFactory, recording_writer: Callable[..., Path]) -> Path:
-    """A labelled data set of four drives of six seconds in four places; read only."""
+    """A labelled data set of three drives of six seconds in three places; read only."""
     folder = tmp_path_factory.mktemp("drives")
     paths = []
-    for place in range(4):
+    for place in range(3):
         (folder / f"place-{place}").mkdir()
         paths.append(recording_writer(folder / f"place-{place}", "mcap", drive(6.0, seed=place), "run"))
     out = folder / "dataset"

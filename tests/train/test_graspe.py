@@ -170,7 +170,7 @@ def test_sizes_are_free() -> None:
 def test_a_few_steps_take_most_of_the_error_away() -> None:
     torch.manual_seed(0)
     net = Graspe(GraspeConfig(image_height=48, image_width=48, dropout=0.0))
-    inputs, target, known = _learnable_samples()
+    inputs, target, known = _learnable_samples(12)
     optimizer = torch.optim.Adam(net.parameters(), lr=1e-3)
     losses = []
     for _ in range(10):
@@ -207,20 +207,22 @@ def test_overfits_32_samples() -> None:
     assert judged < 0.01
 
 
-def _learnable_samples() -> tuple[Inputs, Tensor, Tensor]:
+def _learnable_samples(number: int = 32) -> tuple[Inputs, Tensor, Tensor]:
     """Noise in every modality, on it the number of steps that succeed; a fifth of the labels unknown (and wrong)."""
     generator = torch.Generator().manual_seed(1)
-    good = torch.randint(0, 11, (32, 1), generator=generator)
+    good = torch.randint(0, 11, (number, 1), generator=generator)
     share = good / 10.0
-    image = torch.rand(32, 3, 48, 48, generator=generator) * 55.0 + share.view(32, 1, 1, 1) * 200.0
-    points = torch.randn(32, 64, 3, generator=generator)
+    image = torch.rand(number, 3, 48, 48, generator=generator) * 55.0 + share.view(number, 1, 1, 1) * 200.0
+    points = torch.randn(number, 64, 3, generator=generator)
     points[:, :, 0] += share * 10.0
-    count = torch.randint(32, 65, (32,), generator=generator)
-    velocity = torch.rand(32, 50, 2, generator=generator) * 0.2 + share.view(32, 1, 1)
-    trajectory = (torch.rand(32, 1, 48, 48, generator=generator) < share.view(32, 1, 1, 1)).to(torch.uint8) * 255
-    reliability = torch.rand(32, 2, generator=generator)
+    count = torch.randint(32, 65, (number,), generator=generator)
+    velocity = torch.rand(number, 50, 2, generator=generator) * 0.2 + share.view(number, 1, 1)
+    trajectory = (torch.rand(number, 1, 48, 48, generator=generator) < share.view(number, 1, 1, 1)).to(
+        torch.uint8
+    ) * 255
+    reliability = torch.rand(number, 2, generator=generator)
     success = torch.arange(10) < good
-    known = torch.rand(32, 10, generator=generator) < 0.8
+    known = torch.rand(number, 10, generator=generator) < 0.8
     target = torch.where(known, success, ~success).float()
     return (image.to(torch.uint8), points, count, velocity, trajectory, reliability), target, known
 

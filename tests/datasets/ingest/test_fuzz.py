@@ -17,7 +17,7 @@ CHUNKED = {"ros1_bz2": "ros1_bz2", "ros1_lz4": "ros1_lz4", "mcap_zstd": "mcap_sm
 """By container and compression, what the factory calls them; as its writers let the size of chunks be chosen."""
 CHUNK_BYTES = 1 << 14
 STREAMS = ("image", "lidar", "odometry", "imu", "joints", "tf")
-NUMBERS = [12, pytest.param(300, marks=pytest.mark.slow)]
+NUMBERS = [6, pytest.param(300, marks=pytest.mark.slow)]
 
 
 @pytest.fixture

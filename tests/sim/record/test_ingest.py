@@ -129,7 +129,7 @@ def driven_over(points: Array, drive: Drive, until_s: float, width_m: float) -> 
     """Whether the robot's cross-section passes over points of the world: one moment after another."""
     passed = np.zeros(len(points), bool)
     before = None
-    for time_s in np.arange(0.0, until_s + 1e-9, 0.02):
+    for time_s in np.arange(0.0, until_s + 1e-9, 0.05):  # 4 cm at 0.8 m/s, less than what counts as passed
         local = apply_transform(invert_transform(drive.pose(np.array([time_s]))[0]), points)
         ahead = local[:, 0] > 0
         if before is not None:
