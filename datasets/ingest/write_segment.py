@@ -27,7 +27,7 @@ def write_segment(
 
     Reliabilities are computed from the raw frame and the raw cloud, before any resizing, thinning or encoding. A
     message that cannot be decoded leaves its ticks without it and is counted. Memory does not grow with the length.
-    Images are worked on in a thread of their own, beside the clouds.
+    Images have a thread of their own, and so have the files of whole clouds, beside the one that reads and thins them.
 
     Args:
         folder: The episode's staged folder.
@@ -38,10 +38,10 @@ def write_segment(
     """
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
-        # The thread beside is left before any file that it writes to is closed, whatever happens here.
+        # The threads beside are left before any file that they write to is closed, whatever happens here.
         files = stack.enter_context(ExitStack())
-        beside = stack.enter_context(Background())
-        lanes = _lanes(segment, config, folder, files, beside)
+        images, whole = stack.enter_context(Background()), stack.enter_context(Background())
+        lanes = _lanes(segment, config, folder, files, whole)
         if segment.end_ns >= segment.start_ns:
             topics = {part.topic: name for name, part in segment.parts.items()}
             position = {name: part.first for name, part in segment.parts.items()}
@@ -52,7 +52,7 @@ def write_segment(
                     raise changed_meanwhile(recording.path)
                 lane = lanes[name]
                 if isinstance(lane, CameraLane):
-                    beside.call(lane.take, recording, raw, position[name])
+                    images.call(lane.take, recording, raw, position[name])
                 else:
                     lane.take(recording, raw, position[name])
                 position[name] += 1
@@ -62,14 +62,14 @@ def write_segment(
                 raise changed_meanwhile(recording.path)
         for lane in lanes.values():
             if isinstance(lane, CameraLane):
-                beside.call(lane.finish)
+                images.call(lane.finish)
             else:
                 lane.finish()
     return _result(segment, lanes)
 
 
 def _lanes(
-    segment: Segment, config: IngestConfig, folder: Path, files: ExitStack, beside: Background
+    segment: Segment, config: IngestConfig, folder: Path, files: ExitStack, whole: Background
 ) -> dict[str, CameraLane | LidarLane]:
     """A lane for each stream that the rows have or that the recording has."""
     lanes: dict[str, CameraLane | LidarLane] = {}
@@ -78,7 +78,7 @@ def _lanes(
             video = files.enter_context(VideoWriter(video_part(folder, stream, segment.number), config.fps))
             lanes[stream] = CameraLane(stream, segment, video, config.image_reliability)
         else:
-            lanes[stream] = _lidar_lane(stream, segment, config, folder, files, beside)
+            lanes[stream] = _lidar_lane(stream, segment, config, folder, files, whole)
     return lanes
 
 
