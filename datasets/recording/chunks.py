@@ -2,7 +2,10 @@
 
 import heapq
 from collections.abc import Callable, Container, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import pairwise
 from operator import attrgetter, itemgetter
+from types import TracebackType
 from typing import NamedTuple
 
 from navtool.base.errors import DatasetsError
@@ -10,6 +13,8 @@ from navtool.datasets.recording.foreign import describe
 
 MOST_BYTES = 1 << 30
 """No recorder writes chunks of more than a gibibyte: a longer one is damage, and is not decompressed."""
+_MOST_AHEAD_BYTES = 1 << 24
+"""Packed chunks above this are not read before their time: two of them at once would take much memory."""
 
 
 class Chunk(NamedTuple):
@@ -25,6 +30,8 @@ class Chunk(NamedTuple):
     """Record time of its latest message."""
     channels: frozenset[int]
     """Whose messages it may hold; empty where that is not known."""
+    packed: bool = False
+    """Whether it is compressed."""
 
 
 class ChunkMessage(NamedTuple):
@@ -81,7 +88,10 @@ def merged(
     start_ns: int,
     end_ns: int,
 ) -> Iterator[ChunkMessage]:
-    """The messages of the wanted channels within the times, by time; a chunk is read when its time comes."""
+    """The messages of the wanted channels within the times, by time; a chunk is read when its time comes.
+
+    A compressed one is decompressed a little earlier, in a thread beside, which needs no interpreter for it.
+    """
     needed = [
         chunk
         for chunk in chunks
@@ -89,11 +99,42 @@ def merged(
         and chunk.start_ns <= end_ns
         and (not chunk.channels or any(channel in wanted for channel in chunk.channels))
     ]
-    for group in _overlapping(needed):
-        streams = [_from(chunk, wanted, load, skipped, start_ns, end_ns) for chunk in group]
-        for _, message in streams[0] if len(streams) == 1 else heapq.merge(*streams, key=itemgetter(0)):
-            if message is not None:
-                yield message
+    groups = list(_overlapping(needed))
+    with _Ahead(load, [chunk for group in groups for chunk in group]) as ahead:
+        for group in groups:
+            streams = [_from(chunk, wanted, ahead.load, skipped, start_ns, end_ns) for chunk in group]
+            for _, message in streams[0] if len(streams) == 1 else heapq.merge(*streams, key=itemgetter(0)):
+                if message is not None:
+                    yield message
+
+
+class _Ahead:
+    """Loads each chunk, and with it begins to load the one that comes next where that is compressed."""
+
+    def __init__(self, load: Load, chunks: Sequence[Chunk]) -> None:
+        """Load them in this order."""
+        self._load = load
+        self._next = {chunk.offset: following for chunk, following in pairwise(chunks)}
+        self._begun: dict[int, Future[Contents]] = {}
+        self._thread = ThreadPoolExecutor(1)
+
+    def load(self, chunk: Chunk, wanted: Container[int]) -> Contents:
+        """The contents of a chunk, or whatever error reading it raised."""
+        begun = self._begun.pop(chunk.offset, None)
+        try:
+            return self._load(chunk, wanted) if begun is None else begun.result()
+        finally:
+            following = self._next.get(chunk.offset)
+            if following is not None and following.packed and following.size <= _MOST_AHEAD_BYTES:
+                self._begun[following.offset] = self._thread.submit(self._load, following, wanted)
+
+    def __enter__(self) -> "_Ahead":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._thread.shutdown(cancel_futures=True)
 
 
 def _overlapping(chunks: Sequence[Chunk]) -> Iterator[list[Chunk]]:

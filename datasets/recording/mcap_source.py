@@ -108,6 +108,7 @@ class McapSource:
                 index.message_start_time,
                 index.message_end_time,
                 frozenset(index.message_index_offsets),
+                packed=bool(index.compression),
             )
             for index in summary.chunk_indexes
         ]
@@ -147,7 +148,8 @@ class McapSource:
 
     def _looked_into(self, record: mcap_file.Record) -> list[Chunk]:
         try:
-            contents = mcap_file.chunk_contents(self._content, mcap_file.chunk_head(self._content, record))
+            head = mcap_file.chunk_head(self._content, record)
+            contents = mcap_file.chunk_contents(self._content, head)
         except Exception as error:
             what = error.what if isinstance(error, DatasetsError) else describe(error)
             self._found.append(f"the chunk at byte {record.offset} is skipped: {what}")
@@ -157,7 +159,8 @@ class McapSource:
             return []
         times = [record_ns for _, record_ns in found]
         channels = frozenset(channel for channel, _ in found)
-        return [Chunk(record.offset, record.end - record.offset, min(times), max(times), channels)]
+        packed = bool(head.compression)
+        return [Chunk(record.offset, record.end - record.offset, min(times), max(times), channels, packed)]
 
     def _taken(self, content: bytes | FileBytes, record: mcap_file.Record) -> tuple[int, int] | None:
         """Like ``_take``; a record that is not what it says is named and left out."""

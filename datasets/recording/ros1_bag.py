@@ -135,6 +135,11 @@ def readable(chunk: Record) -> bool:
     return chunk.fields.get(b"compression") in (b"none", b"bz2", b"lz4")
 
 
+def packed(chunk: Record) -> bool:
+    """Whether a chunk is compressed."""
+    return chunk.fields.get(b"compression") != b"none"
+
+
 def chunk_contents(content: FileBytes, record: Record) -> bytes:
     """A chunk's records, decompressed; of a chunk that is cut off, what can be had of them.
 

@@ -142,7 +142,7 @@ class Ros1Source:
             channels.add(connection)
             self._counts[connection] += int.from_bytes(data[at + 4 : at + 8], "little")
         start_ns, end_ns = (bag.time_ns(info.fields[name]) for name in (b"start_time", b"end_time"))
-        return Chunk(offset, record.end - offset, start_ns, end_ns, frozenset(channels))
+        return Chunk(offset, record.end - offset, start_ns, end_ns, frozenset(channels), bag.packed(record))
 
     def _by_looking(self) -> list[Chunk]:
         """The chunks in the order of the file, each looked into."""
@@ -185,4 +185,5 @@ class Ros1Source:
         if not times:
             return None
         self._records[record.offset] = record
-        return Chunk(record.offset, record.end - record.offset, min(times), max(times), frozenset(channels))
+        size = record.end - record.offset
+        return Chunk(record.offset, size, min(times), max(times), frozenset(channels), bag.packed(record))
