@@ -9,7 +9,10 @@ from navtool.datasets.robot.camera_topics import camera_name
 from navtool.datasets.streams.table import FRONT, SENSOR_NAME, STREAMS, further, of_kind
 
 _COMMON_WORDS = {
-    "image": {"image", "images", "img", "raw", "color", "colour", "rgb", "bgr", "hdr", "mono", "rect", "camera", "cam"},
+    "image": {
+        *("image", "images", "img", "camera", "cam"),
+        *("raw", "compressed", "color", "colour", "rgb", "bgr", "hdr", "mono", "rect"),
+    },
     "lidar": {"points", "points2", "point", "cloud", "pointcloud", "pointcloud2", "packets", "raw", "scan", "lidar"},
 }
 """Words of a topic's name that do not tell one sensor from another; without its transport's name."""

@@ -373,6 +373,7 @@ def test_one_topic_cannot_be_two_cameras() -> None:
         ("Scan /scan_front; Scan /scan_rear", {"lidar.rear": "/scan_rear"}),
         ("Cloud /lidar/front/points; Cloud /lidar/rear/points 0", {}),
         ("Image /camera/color/image_raw; Jpeg /camera/color/image_raw/compressed", {}),
+        ("Image /image; Jpeg /compressed_image", {}),
         ("Odometry /odom", {}),
     ],
 )
