@@ -8,6 +8,8 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
+from navtool.base.note import Note
+
 LEFT_OUT_WHILE_EMPTY = {"left_out_while_empty": True}
 """Metadata of a dataclass's field that is not written while it is empty; files then read as before there was such."""
 
@@ -20,7 +22,9 @@ class Dataclass(Protocol):
 
 
 def plain(value: object) -> object:
-    """The value as what JSON knows: dataclasses become objects, enums their names, arrays lists, paths text."""
+    """The value as what JSON knows: dataclasses become objects, enums names, arrays lists, paths and notes text."""
+    if isinstance(value, Note):
+        return value.text
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return plain_fields(value)
     if isinstance(value, Enum):

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from navtool.base.note import Note
+
 
 def console(*, error: bool = False) -> "Console":
     """A console that colours only where a person looks at it; elsewhere tables are up to 200 characters wide."""
@@ -53,7 +55,7 @@ def shown(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def print_notes(notes: Iterable[str]) -> None:
+def print_notes(notes: "Iterable[Note | str]") -> None:
     """What the user should look at, a line each, on standard error."""
     for note in notes:
         console(error=True).print(f"note: {note}", style="yellow", markup=False)

@@ -106,7 +106,7 @@ def print_ingest(report: "IngestReport") -> None:
     if len(report.episodes) == 1:
         print_notes(report.episodes[0].notes)
     else:
-        print_notes(f"{e.source}: {note}" for e in report.episodes for note in e.notes)
+        print_notes(note.about(e.source) for e in report.episodes for note in e.notes)
     print_notes(f"{source}: in the data set already, skipped" for source in report.skipped)
     now = "would be" if report.dry_run else "is now"
     print_notes(f"{source}: its place {now} {place}" for source, place in report.placed.items())

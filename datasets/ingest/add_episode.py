@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from navtool.base.lineage import file_sha256
+from navtool.base.note import Note
 from navtool.base.plain import plain_fields
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.foreseen import Foreseen
@@ -12,7 +13,6 @@ from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.ingest.plan_step import Planned
 from navtool.datasets.ingest.provenance import description_of, provenance_of
 from navtool.datasets.ingest.report import EpisodeSummary
-from navtool.datasets.ingest.sync_report import stream_notes
 from navtool.datasets.recording.identity import source_name
 from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.store.renumber import renumber
@@ -43,7 +43,8 @@ def add_episode(
         store.commit(folder, description_of(plan, robot, config), provenance)
     else:
         store.replace(folder, provenance)
-        notes = [*notes, "in the place of an older episode; labels were taken away: run `navtool label` again"]
+        what = "in the place of an older episode; labels were taken away: run `navtool label` again"
+        notes = [*notes, Note("episode.replaced", what)]
     return _summary(
         plan,
         path,
@@ -64,14 +65,15 @@ def foresee_episode(
         provenance_of(path, planned, robot, config),
         int(plan.ticks_ns.size),
     )
-    notes = [*plan.notes, *stream_notes(plan.sync_report)]
+    notes = [*plan.notes, *plan.time_notes]
     if rebuilt:
-        notes.append("would take the place of an older episode, whose labels would be taken away")
+        what = "would take the place of an older episode, whose labels would be taken away"
+        notes.append(Note("episode.would-be-replaced", what))
     return _summary(plan, path, episode, dropped=plan.dropped, notes=notes, rebuilt=rebuilt)
 
 
 def _summary(
-    plan: EpisodePlan, path: Path, episode: int, *, dropped: dict[str, int], notes: list[str], rebuilt: bool
+    plan: EpisodePlan, path: Path, episode: int, *, dropped: dict[str, int], notes: list[Note], rebuilt: bool
 ) -> EpisodeSummary:
     return EpisodeSummary(
         episode=episode,

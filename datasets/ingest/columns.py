@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
+from navtool.base.note import Note
 from navtool.datasets.store.data_file import Column
 from navtool.datasets.store.schema import (
     ACTION_KEY,
@@ -31,7 +32,7 @@ class SmallColumns:
     """Columns by key, and what a user should know about them."""
 
     values: dict[str, Column]
-    notes: list[str]
+    notes: list[Note]
 
 
 def small_columns(
@@ -86,7 +87,8 @@ def _state(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStr
     pose: Array = np.zeros((ticks, 6))
     if stream is None:
         _absent(out, "state", ticks)
-        out.notes.append("state: no odometry; observation.state and observation.pose are 0 and not valid")
+        what = "state: no odometry; observation.state and observation.pose are 0 and not valid"
+        out.notes.append(Note("state.no-odometry", what))
     else:
         around = _around(stream, ticks_ns, sync)
         finite = np.asarray(np.isfinite(stream.values).all(axis=1))
@@ -108,7 +110,8 @@ def _speeds(out: SmallColumns, stream: TimedStream, known: Bool[Array, " kept"])
     path_m = float(np.linalg.norm(np.diff(position, axis=0), axis=1).sum())
     if measured.any() or path_m < STANDSTILL_M or len(position) < 2:
         return measured
-    out.notes.append(f"state: every twist is 0 while the poses move {path_m:.1f} m; speeds are differences of poses")
+    what = f"state: every twist is 0 while the poses move {path_m:.1f} m; speeds are differences of poses"
+    out.notes.append(Note("state.no-twist", what))
     time_s = (stream.time.stamps_ns[known] - stream.time.stamps_ns[0]) * 1e-9
     yaw = np.unwrap(quaternion_to_rpy(unit_quaternions(stream)[known])[:, 2])
     velocity = np.gradient(position, time_s, axis=0)
@@ -142,7 +145,8 @@ def _relative_pose(stream: TimedStream, around: Brackets) -> Float64[Array, "tic
 def _action(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStream | None, sync: StreamSync) -> None:
     if stream is None:
         _absent(out, "action", ticks_ns.size)
-        out.notes.append("action: no commands; the measured speeds stand in, valid.action is false")
+        what = "action: no commands; the measured speeds stand in, valid.action is false"
+        out.notes.append(Note("action.no-commands", what))
         out.values[ACTION_KEY] = out.values[STATE_KEY].copy()
         return
     around = _around(stream, ticks_ns, sync)
@@ -182,7 +186,8 @@ def _joints(
     missing = ~np.asarray(np.isfinite(stream.values).any(axis=0))
     unmeasured = [name for name, absent in zip(stream.recorded.columns, missing, strict=True) if absent]
     if unmeasured:
-        out.notes.append(f"joints: no value was ever recorded for {', '.join(unmeasured)}; they are 0")
+        what = f"joints: no value was ever recorded for {', '.join(unmeasured)}; they are 0"
+        out.notes.append(Note("joints.never-measured", what))
     usable = around.valid & np.isfinite(values[:, ~missing]).all(axis=1)
     _mark(out, "joints", around, usable)
     return np.where(usable[:, None] & np.isfinite(values), values, 0.0)
@@ -199,6 +204,7 @@ def _battery(
     current = around.linear(stream.columns("current_a"))[:, 0]
     usable = around.valid & np.isfinite(current)
     if around.valid.any() and not usable.any():
-        out.notes.append("battery: the current was never measured (NaN); it is 0 and valid.battery is false")
+        what = "battery: the current was never measured (NaN); it is 0 and valid.battery is false"
+        out.notes.append(Note("battery.never-measured", what))
     _mark(out, "battery", around, usable)
     return np.where(usable, current, 0.0)

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from navtool.base.files import write_bytes, write_json
 from navtool.base.meter import Meter
+from navtool.base.note import Note
+from navtool.base.plain import plain
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.join_segments import join_segments
 from navtool.datasets.ingest.joined_columns import joined_columns
@@ -13,7 +15,6 @@ from navtool.datasets.ingest.output_errors import output_errors
 from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.ingest.segment import Segment, SegmentResult
 from navtool.datasets.ingest.sync_picture import sync_picture
-from navtool.datasets.ingest.sync_report import stream_notes
 from navtool.datasets.store.staged_episode import EpisodeFolder, Numbering
 
 
@@ -23,7 +24,7 @@ class Joined:
 
     folder: EpisodeFolder
     dropped: dict[str, int]
-    notes: list[str]
+    notes: list[Note]
 
 
 def join_step(
@@ -49,9 +50,9 @@ def join_step(
             on_reached=meter.part(0, len(segments)),
         )
     dropped = _dropped(plan, results)
-    notes = [*plan.notes, *_deskew_notes(results), *stream_notes(plan.sync_report)]
+    notes = [*plan.notes, *_deskew_notes(results), *plan.time_notes]
     write_json(folder.beside / "calibration.json", plan.calibration.to_json())
-    write_json(folder.beside / "sync.json", plan.sync_report | {"dropped": dropped, "notes": notes})
+    write_json(folder.beside / "sync.json", plan.sync_report | {"dropped": dropped, "notes": plain(notes)})
     write_bytes(folder.beside / "sync.svg", sync_picture(plan.sync_report, columns, config.fps).encode())
     return Joined(folder, dropped, notes)
 
@@ -70,8 +71,7 @@ def _dropped(plan: EpisodePlan, results: Sequence[SegmentResult]) -> dict[str, i
     return dropped
 
 
-def _deskew_notes(results: Sequence[SegmentResult]) -> list[str]:
+def _deskew_notes(results: Sequence[SegmentResult]) -> list[Note]:
     left = sum(result.not_deskewed for result in results)
-    return (
-        [f"lidar: {left} clouds without point times or odometry around them; points stay as measured"] if left else []
-    )
+    what = f"lidar: {left} clouds without point times or odometry around them; points stay as measured"
+    return [Note("lidar.not-deskewed", what)] if left else []

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from jaxtyping import Int64
 
+from navtool.base.note import Note
 from navtool.datasets.ingest.columns import small_columns
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.contents import contents_of
@@ -19,7 +20,7 @@ from navtool.datasets.ingest.plan_notes import (
     stream_faults,
     unreadable_notes,
 )
-from navtool.datasets.ingest.sync_report import sync_report
+from navtool.datasets.ingest.sync_report import sync_report, time_notes
 from navtool.datasets.recording import Recording
 from navtool.datasets.robot.calibration import Calibration, CameraImages, calibrate
 from navtool.datasets.robot.config import RobotConfig
@@ -58,7 +59,9 @@ class EpisodePlan:
     """When the recording began, on the grid's clock; events are counted from it."""
     sync_report: dict[str, object]
     dropped: dict[str, int]
-    notes: list[str]
+    notes: list[Note]
+    time_notes: list[Note]
+    """Those on single streams' times, which are said last."""
     faults: tuple[str, ...]
     """What is wrong with the recording's files; empty for sound ones."""
 
@@ -112,6 +115,7 @@ def plan_episode(
         sync_report=sync_report(found, clocks, grid, columns, config.sync),
         dropped=dropped_messages(found, grid, large, contents),
         notes=notes,
+        time_notes=time_notes(clocks, grid),
         faults=recording.faults,
     )
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from navtool.base.note import Note
 from navtool.datasets.recording import Recording
 from navtool.datasets.robot.calibration import Calibration
 from navtool.datasets.robot.gravity import odd_gravity
@@ -10,20 +11,23 @@ from navtool.datasets.streams.table import of_kind, row_of, sensor_of
 from navtool.datasets.streams.timed_stream import TimedStream
 
 
-def stream_faults(recording: Recording, found: FirstPass) -> list[str]:
+def stream_faults(recording: Recording, found: FirstPass) -> list[Note]:
     """Notes on what the recording's files and values are not."""
     return [
-        *(f"recovered: {fault}" for fault in recording.faults),
+        *(Note("recording.recovered", f"recovered: {fault}") for fault in recording.faults),
         *found.topics.notes,
         *(
-            f"{name}: {stream.beyond_measure} values are infinite or beyond 1e15: not measured"
+            Note(
+                "stream.beyond-measure",
+                f"{name}: {stream.beyond_measure} values are infinite or beyond 1e15: not measured",
+            )
             for name, stream in found.streams.items()
             if stream.beyond_measure
         ),
     ]
 
 
-def geometry_notes(found: FirstPass, calibration: Calibration, changed: tuple[str, ...]) -> list[str]:
+def geometry_notes(found: FirstPass, calibration: Calibration, changed: tuple[str, ...]) -> list[Note]:
     """Notes on calibrations and poses that are missing or contradict each other.
 
     Args:
@@ -31,43 +35,52 @@ def geometry_notes(found: FirstPass, calibration: Calibration, changed: tuple[st
     """
     return [
         *_calibration_notes(found, calibration),
-        *(f"tf_static: {pair} was published with different values; the last one counts" for pair in changed),
+        *(
+            Note("tf.static-changed", f"tf_static: {pair} was published with different values; the last one counts")
+            for pair in changed
+        ),
     ]
 
 
-def gravity_notes(imu: TimedStream | None) -> list[str]:
+def gravity_notes(imu: TimedStream | None) -> list[Note]:
     """A note on gravity where it is not what it should be."""
     odd = None if imu is None else odd_gravity(imu.columns("ax_mps2", "ay_mps2", "az_mps2"))
-    return [f"imu: {odd}"] if odd else []
+    return [Note("imu.gravity", f"imu: {odd}")] if odd else []
 
 
-def unreadable_notes(found: FirstPass) -> list[str]:
+def unreadable_notes(found: FirstPass) -> list[Note]:
     """Notes on streams of which not one message can be decoded."""
     return [
-        f"{name}: not one of {stream.undecodable} messages on {stream.topic} can be decoded: {stream.first_fault}"
+        Note(
+            "stream.undecodable",
+            f"{name}: not one of {stream.undecodable} messages on {stream.topic} can be decoded: {stream.first_fault}",
+        )
         for name, stream in found.unreadable.items()
     ]
 
 
-def deskew_notes(small: Mapping[str, TimedStream], *, wanted: bool) -> list[str]:
+def deskew_notes(small: Mapping[str, TimedStream], *, wanted: bool) -> list[Note]:
     """A note where clouds are to be compensated for a motion that was not recorded."""
     if not wanted or "odometry" in small:
         return []
-    return ["lidar: no odometry to compensate the robot's motion with; points stay as measured"]
+    what = "lidar: no odometry to compensate the robot's motion with; points stay as measured"
+    return [Note("lidar.no-odometry", what)]
 
 
-def _calibration_notes(found: FirstPass, calibration: Calibration) -> list[str]:
-    notes = [f"{topic}: cannot be used: {fault}" for topic, fault in found.faults.items()]
+def _calibration_notes(found: FirstPass, calibration: Calibration) -> list[Note]:
+    notes = [Note("topic.refused", f"{topic}: cannot be used: {fault}") for topic, fault in found.faults.items()]
     for stream in of_kind("image", found.streams):
         if calibration.camera_of(stream) is None:
             camera = f"camera.{sensor_of(stream)}" if sensor_of(stream) else "camera"
             lost = "its images cannot be projected" if sensor_of(stream) else "trajectory images cannot be made"
-            notes.append(f"{camera}: no CameraInfo and none in the robot's configuration; {lost}")
+            what = f"{camera}: no CameraInfo and none in the robot's configuration; {lost}"
+            notes.append(Note("camera.no-calibration", what))
     for sensor, pose in calibration.poses().items():
         stated = sensor != "odometry" or bool(found.streams[sensor].frame_id) if sensor in found.streams else False
         if stated and pose is None:
             frame = found.streams[sensor].frame_id or "(none)"
             unknown = row_of(sensor).name == "image" or sensor_of(sensor)
             kept = "its pose stays unknown" if unknown else "its axes are taken for the base frame's"
-            notes.append(f"{sensor}: no transform from the base frame to {frame} and no mounting configured; {kept}")
+            what = f"{sensor}: no transform from the base frame to {frame} and no mounting configured; {kept}"
+            notes.append(Note("sensor.no-pose", what))
     return notes

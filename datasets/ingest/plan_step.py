@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from navtool.base.meter import Meter
+from navtool.base.note import Note
 from navtool.base.workers import Stopped
 from navtool.datasets.ingest.config import IngestConfig, Merge
 from navtool.datasets.ingest.contents import streams_left_out
@@ -76,17 +77,19 @@ def plan_step(
     return Planned(sha256, size, plan)
 
 
-def _merged_notes(recording: Recording, config: IngestConfig) -> list[str]:
+def _merged_notes(recording: Recording, config: IngestConfig) -> list[Note]:
     if config.merge is not Merge.folder or len(recording.files) < 2:
         return []
-    return [f"made of {len(recording.files)} files: {', '.join(file.name for file in recording.files)}"]
+    names = ", ".join(file.name for file in recording.files)
+    return [Note("recording.merged", f"made of {len(recording.files)} files: {names}")]
 
 
-def _contents_notes(fixed: Contents | None, found: Contents) -> list[str]:
+def _contents_notes(fixed: Contents | None, found: Contents) -> list[Note]:
     extra = [] if fixed is None else streams_left_out(fixed, found)
     if not extra:
         return []
-    return [f"{', '.join(extra)}: not in the rows, since the data set's first recording did not have them"]
+    what = f"{', '.join(extra)}: not in the rows, since the data set's first recording did not have them"
+    return [Note("contents.left-out", what)]
 
 
 def _hash_counter(meter: Meter, size_bytes: int) -> Callable[[int], None]:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.base.plain import plain
 
 
@@ -34,7 +35,7 @@ class EpisodeSummary:
     not_used: list[dict[str, Any]]
     dropped: dict[str, int]
     sync: dict[str, Any]
-    notes: list[str]
+    notes: list[Note]
     rebuilt: bool = False
     """Whether it replaces an older episode of the same recording."""
 

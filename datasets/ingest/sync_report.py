@@ -5,6 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Float64, Int64
 
+from navtool.base.note import Note
+from navtool.base.plain import plain
 from navtool.datasets.ingest.grid import Grid
 from navtool.datasets.store.data_file import Column
 from navtool.datasets.streams.clock import Jump, StreamTime
@@ -52,7 +54,7 @@ def sync_report(
             "ticks_served": None if valid is None else int(valid.sum()),
             "error_median_s": _rounded(np.median(errors)) if errors.size else None,
             "error_max_s": _rounded(errors.max()) if errors.size else None,
-            "notes": [*time.notes, *_notes(clocks.jumps[name], header_ns, record_ns)],
+            "notes": plain(_notes(name, time, clocks)),
         }
     return {
         "grid_stream": grid.stream,
@@ -63,12 +65,9 @@ def sync_report(
     }
 
 
-def stream_notes(report: dict[str, object]) -> list[str]:
+def time_notes(clocks: Clocks, grid: Grid) -> list[Note]:
     """What the report has to say of single streams, for a person."""
-    streams = report["streams"]
-    if not isinstance(streams, dict):
-        raise TypeError("a sync report has streams")
-    return [f"{name}: {note}" for name, stream in streams.items() for note in stream["notes"]]
+    return [note.about(name) for name, time in grid.times.items() for note in _notes(name, time, clocks)]
 
 
 def _method(name: str, sync: StreamSync | None) -> str:
@@ -132,18 +131,21 @@ def _step(jump: Jump, time: StreamTime, header_ns: Int64[Array, " n"], start_ns:
     return {"at_s": _rounded((moment - start_ns) * 1e-9), "by_s": _rounded(jump.by_ns * 1e-9)}
 
 
-def _notes(jumps: tuple[Jump, ...], header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"]) -> list[str]:
-    notes = []
+def _notes(name: str, time: StreamTime, clocks: Clocks) -> list[Note]:
+    jumps, header_ns, record_ns = clocks.jumps[name], clocks.header_ns[name], clocks.record_ns[name]
+    notes = [*time.notes]
     if jumps:
         largest = max(jumps, key=lambda jump: abs(jump.by_ns)).by_ns * 1e-9
         times = "once" if len(jumps) == 1 else f"{len(jumps)} times"
-        notes.append(f"the header clock stepped {times}, by up to {largest:+.3f} s; taken out by the pace of record")
+        what = f"the header clock stepped {times}, by up to {largest:+.3f} s; taken out by the pace of record"
+        notes.append(Note("clock.stepped", what))
     stamped = header_ns > 0
     if stamped.any():
         delay = (record_ns[stamped] - header_ns[stamped]) * 1e-9
         late = delay - np.median(delay) > LATE_S
         if late.any():
-            notes.append(f"{int(late.sum())} messages were recorded more than {LATE_S:g} s late; their stamps count")
+            what = f"{int(late.sum())} messages were recorded more than {LATE_S:g} s late; their stamps count"
+            notes.append(Note("clock.late", what))
     return notes
 
 

@@ -55,7 +55,7 @@ def _streams(inspection: Inspection) -> str:
         for stream, topic in inspection.topic_map.further.items()
     ]
     rows += [f"<tr><td>transforms</td><td><code>{escape(t)}</code></td></tr>" for t in inspection.topic_map.transforms]
-    notes = "".join(f'<p class="dim">{escape(note)}</p>' for note in inspection.topic_map.notes)
+    notes = "".join(f'<p class="dim">{escape(note.text)}</p>' for note in inspection.topic_map.notes)
     none = "<p>No topic fits a stream of a data set.</p>"
     return (f"<table><tbody>{''.join(rows)}</tbody></table>" if rows else none) + notes
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.base.plain import plain
 from navtool.datasets.decode.table import MESSAGES, TRANSFORMS, proposed_types, readable_types
 from navtool.datasets.recording import Topic
@@ -25,7 +26,7 @@ class TopicMap:
     """All tf topics with messages; they are always read."""
     not_used: tuple[UnusedTopic, ...] = ()
     """Every other topic, by name."""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     """What a user should look at: guesses, absent candidates."""
     further: Mapping[str, str] = field(default_factory=dict)
     """Topics of more cameras and LiDARs, by the streams that they would be; read only where a robot file names them."""
@@ -46,7 +47,7 @@ class TopicMap:
             "further": dict(self.further),
             "transforms": list(self.transforms),
             "not_used": plain(self.not_used),
-            "notes": list(self.notes),
+            "notes": plain(self.notes),
         }
 
 
@@ -73,7 +74,7 @@ def resolve_topic_map(robot: RobotConfig, topics: Sequence[Topic]) -> TopicMap:
     """
     listed = _listed(topics)
     faults: list[str] = []
-    notes: list[str] = []
+    notes: list[Note] = []
     chosen: dict[str, str | None] = {}
     candidates = robot.candidates()
     named = {
@@ -91,7 +92,10 @@ def resolve_topic_map(robot: RobotConfig, topics: Sequence[Topic]) -> TopicMap:
         else:
             chosen[stream] = _best_by_name(stream, _without(listed, named), notes)
     notes += [
-        f"{stream}: {topic} is a planar scan: its clouds are a line of points at the scanner's height"
+        Note(
+            "topics.planar-scan",
+            f"{stream}: {topic} is a planar scan: its clouds are a line of points at the scanner's height",
+        )
         for stream, topic in chosen.items()
         if topic is not None and row_of(stream).name == "lidar" and MESSAGES[listed[topic].type].planar
     ]
@@ -130,7 +134,7 @@ def _without(listed: Mapping[str, Topic], named: Mapping[str, str | None]) -> di
 
 
 def _first_candidate(
-    stream: str, wanted: Sequence[str], listed: Mapping[str, Topic], faults: list[str], notes: list[str]
+    stream: str, wanted: Sequence[str], listed: Mapping[str, Topic], faults: list[str], notes: list[Note]
 ) -> str | None:
     empty: list[str] = []
     readable, proposed = readable_types(row_of(stream).name), proposed_types(row_of(stream).name)
@@ -146,7 +150,7 @@ def _first_candidate(
     found = f"; {', '.join(empty)} without messages" if empty else ""
     others = sorted(t.name for t in listed.values() if t.type in proposed and t.count > 0)
     hint = f"; by type it could be {', '.join(others)}" if others else ""
-    notes.append(f"{stream}: the recording has none of {', '.join(wanted)}{found}{hint}")
+    notes.append(Note("topics.none-of-them", f"{stream}: the recording has none of {', '.join(wanted)}{found}{hint}"))
     return None
 
 
@@ -156,7 +160,7 @@ def _matches(candidate: str, listed: Mapping[str, Topic]) -> list[str]:
     return sorted((name for name in listed if f"/{name}".endswith(f"/{candidate}")), key=lambda name: (len(name), name))
 
 
-def _best_by_name(stream: str, listed: Mapping[str, Topic], notes: list[str]) -> str | None:
+def _best_by_name(stream: str, listed: Mapping[str, Topic], notes: list[Note]) -> str | None:
     scored = [
         (MESSAGES[topic.type].planar, -score, _transport_rank(topic.name, topic.type), len(topic.name), topic.name)
         for topic in listed.values()
@@ -167,9 +171,11 @@ def _best_by_name(stream: str, listed: Mapping[str, Topic], notes: list[str]) ->
         return None
     (planar, cost, _, _, name), *others = sorted(scored)
     if cost > 0:
-        notes.append(f"{stream}: {name} is taken for its type alone, its name hints at something else")
+        what = f"{stream}: {name} is taken for its type alone, its name hints at something else"
+        notes.append(Note("topics.by-type-alone", what))
     elif others and others[0][:2] == (planar, cost) and camera_name(others[0][-1]) != camera_name(name):
-        notes.append(f"{stream}: {name} and {others[0][-1]} fit equally; name one in the robot file")
+        what = f"{stream}: {name} and {others[0][-1]} fit equally; name one in the robot file"
+        notes.append(Note("topics.equal", what))
     return name
 
 
@@ -178,7 +184,7 @@ def _transport_rank(name: str, kind: str) -> int:
     return int(kind != proposed_types("image")[0] or camera_name(name) != name)
 
 
-def _camera_info_of(stream: str, image: str | None, listed: Mapping[str, Topic], notes: list[str]) -> str | None:
+def _camera_info_of(stream: str, image: str | None, listed: Mapping[str, Topic], notes: list[Note]) -> str | None:
     infos = sorted(t.name for t in listed.values() if t.type in proposed_types("camera_info") and t.count > 0)
     if image is None or not infos:
         return None
@@ -187,7 +193,10 @@ def _camera_info_of(stream: str, image: str | None, listed: Mapping[str, Topic],
             return f"{namespace}/camera_info"
     cameras = {camera_name(t.name) for t in listed.values() if t.type in proposed_types("image") and t.count > 0}
     if len(infos) == 1 and len(cameras) == 1:
-        notes.append(f"{stream}: {infos[0]} is the only calibration, taken for {image}")
+        notes.append(
+            Note("topics.only-calibration", f"{stream}: {infos[0]} is the only calibration, taken for {image}")
+        )
         return infos[0]
-    notes.append(f"{stream}: none in the namespace of {image}; the recording has {', '.join(infos)}")
+    what = f"{stream}: none in the namespace of {image}; the recording has {', '.join(infos)}"
+    notes.append(Note("topics.other-calibrations", what))
     return None

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from navtool.base.note import Note
 from navtool.datasets.streams.timed_stream import TimedStream
 
 _AS_DEFINED = -1
@@ -14,7 +15,7 @@ class DischargeSign(NamedTuple):
     """The sign, and what a user should know about it."""
 
     sign: int
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def discharge_sign(configured: int, battery: TimedStream | None) -> DischargeSign:
@@ -36,7 +37,7 @@ def discharge_sign(configured: int, battery: TimedStream | None) -> DischargeSig
     median_a = float(np.median(finite))
     unsaid = "battery: the robot file leaves the sign of a discharge open"
     if median_a == 0:
-        return DischargeSign(
-            _AS_DEFINED, (f"{unsaid} and the median current is 0; a negative one counts as discharge",)
-        )
-    return DischargeSign(1 if median_a > 0 else -1, (f"{unsaid}; the median of {median_a:.1f} A is taken for one",))
+        what = f"{unsaid} and the median current is 0; a negative one counts as discharge"
+        return DischargeSign(_AS_DEFINED, (Note("battery.sign-unknown", what),))
+    what = f"{unsaid}; the median of {median_a:.1f} A is taken for one"
+    return DischargeSign(1 if median_a > 0 else -1, (Note("battery.sign-by-median", what),))

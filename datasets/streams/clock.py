@@ -8,6 +8,7 @@ from jaxtyping import Int64
 from numpy.lib.stride_tricks import sliding_window_view
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.pipeline.arrays import Array
 
 OTHER_EPOCH_NS = 1_000_000_000
@@ -89,7 +90,7 @@ class StreamTime:
     repeated: int = 0
     unstamped: int = 0
     offset_ns: int | None = None
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[Note, ...] = field(default=())
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +164,7 @@ def stream_time(
     """
     offset = clock_offset(header_ns, record_ns)
     stamped = header_ns > 0
-    notes: list[str] = []
+    notes: list[Note] = []
     away_ns = None if offset is None else offset - (0 if reference is None else reference.offset_ns)
     if clock is Clock.header and not stamped.any():
         raise DatasetsError(
@@ -177,14 +178,15 @@ def stream_time(
         times = record_ns if reference is None else reference.from_record(record_ns)
         moved = reference is not None and reference.other_epoch
         why = "record time, as set" if clock is Clock.record else _why_record_time(header_ns, away_ns)
-        notes.append(why + (", moved onto the clock of the headers" if moved else ""))
+        why += ", moved onto the clock of the headers" if moved else ""
+        notes.append(Note("clock.record-time", why))
     positions = np.flatnonzero(usable)
     kept = times[positions]
     backwards = int((np.diff(kept) < 0).sum())
     by_time = np.argsort(kept, kind="stable")
     stamps, first = np.unique(kept[by_time], return_index=True)
     if backwards:
-        notes.append(f"{backwards} stamps run backwards; sorted by time")
+        notes.append(Note("clock.backwards", f"{backwards} stamps run backwards; sorted by time"))
     return StreamTime(
         stamps_ns=stamps,
         order=positions[by_time[first]],

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float64
 
+from navtool.base.note import Note
 from navtool.datasets.streams.timed_stream import TimedStream
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import yaw_from_quaternion
@@ -33,7 +34,7 @@ def turned_odometry(odometry: TimedStream, yaw_rad: float) -> TimedStream:
     return replace(odometry, values=values)
 
 
-def heading_notes(odometry: TimedStream | None) -> list[str]:
+def heading_notes(odometry: TimedStream | None) -> list[Note]:
     """What to tell of an odometry by whose poses or velocities the robot moves more sideways than along.
 
     Nothing of one that moves less than 5 m, as much one way as the other, or without attitudes. A robot that walks
@@ -54,12 +55,14 @@ def heading_notes(odometry: TimedStream | None) -> list[str]:
     measured = odometry.columns("vx_mps", "vy_mps")[usable][middle] * _STEP_S
     notes = []
     if (aside_rad := _aside(travel)) is not None:
-        notes.append(
+        what = (
             f"odometry: the robot moves {_side(aside_rad)} of where its poses look; if it does not walk sideways, its "
             f"odometry_yaw_rad lacks {aside_rad:.3f}"
         )
+        notes.append(Note("odometry.moves-aside", what))
     if (aside_rad := _aside(measured)) is not None:
-        notes.append(f"state: the measured velocity points {_side(aside_rad)}; only its forward part is taken")
+        what = f"state: the measured velocity points {_side(aside_rad)}; only its forward part is taken"
+        notes.append(Note("state.velocity-aside", what))
     return notes
 
 

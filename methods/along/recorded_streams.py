@@ -58,7 +58,7 @@ class RecordedStreams(Streams):
         odometry = _odometry(found, times, calibration, robot)
         there = {name: stream.topic for name, stream in found.streams.items()}
         super().__init__(source_name(recording.path), there, calibration, odometry, odometry_gap_s)
-        self.notes = [*(f"recovered: {fault}" for fault in recording.faults), *topics.notes, *self.notes]
+        self.notes = [*(f"recovered: {fault}" for fault in recording.faults), *map(str, topics.notes), *self.notes]
         self.notes += _stream_notes(found)
         self._recording = recording
         if "odometry" in there:
@@ -137,7 +137,7 @@ def _missing(recording: Recording, topics: TopicMap, stream: str) -> DatasetsErr
     if recording.message_count == 0:
         what = "the recording has no messages"
     elif topics.notes:
-        what += f" ({'; '.join(topics.notes)})"
+        what += f" ({'; '.join(map(str, topics.notes))})"
     listed = ", ".join(f"{topic.name} ({topic.type})" for topic in recording.topics if topic.count)
     cure = f"name their topic with robot.topics.{stream}=[/topic]"
     return DatasetsError(f"{what}; it has {listed or 'nothing'}", where=recording.path, cure=cure)

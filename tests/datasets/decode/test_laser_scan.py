@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from noted import noted
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.check.run import check_dataset
@@ -144,7 +145,7 @@ def test_a_recording_with_a_planar_scanner_becomes_a_sound_data_set(
     assert report.quarantined == []
     (episode,) = report.episodes
     assert episode.topics["lidar"] == "/scan"
-    assert any("/scan is a planar scan" in note for note in episode.notes)
+    assert noted(episode.notes, "topics.planar-scan")
     assert not any("lidar points" in reason for reason in report.dropped), "a beam without a return is no lost point"
     dataset = NavDataset(out)
     assert dataset.column("valid.lidar")[2:].all()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hashes import hashes
 from ingesting import ingested
+from noted import noted
 
 from navtool.base.errors import DatasetsError
 from navtool.base.setting_error import SettingError
@@ -139,7 +140,7 @@ def test_named_topics_are_not_replaced_by_guesses(write_recording: Write, drive_
     episode = report.episodes[0]
     assert "image" not in episode.topics
     assert "lidar" not in episode.topics
-    assert any("/absent" in note for note in episode.notes)
+    assert "/absent" in noted(episode.notes, "topics.none-of-them")[0]
     assert {"/points", "/camera/image_raw/compressed"} <= {topic["name"] for topic in episode.not_used}
 
 
@@ -171,7 +172,7 @@ def test_what_the_rows_have_no_column_for_is_kept_beside_them(
     more = write_recording("mcap", drive_entries(2.0, seed=1, streams=("odometry", "lidar", "imu")), name="more")
     report = ingest([first, more], tmp_path / "out", RobotConfig(), IngestConfig())
     assert len(report.episodes) == 2
-    assert any("lidar, imu: not in the rows" in note for note in report.episodes[1].notes)
+    assert noted(report.episodes[1].notes, "contents.left-out")[0].startswith("lidar, imu: ")
     dataset = NavDataset(tmp_path / "out")
     assert "observation.lidar.points" not in dataset.features
     assert len(list(dataset.clouds(0))) == 0

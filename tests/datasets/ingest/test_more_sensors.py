@@ -13,6 +13,7 @@ import pytest
 from drive_factory import NATIVE, REAR, STREAMS
 from hashes import hashes
 from ingesting import ingested
+from noted import noted
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.check import check_dataset
@@ -186,7 +187,7 @@ def test_a_recording_without_them_is_refused_or_taken_as_not_valid(
     (refused,) = ingested([lacking], tmp_path / "out", robot=ROBOT).quarantined
     assert "lacks image.rear, lidar.rear, which the data set has" in refused.reason
     (taken,) = ingested([lacking], tmp_path / "out", robot=ROBOT, allow_missing=True).episodes
-    assert "image.rear: the recording has none of /rear_camera/image_raw/compressed" in " ".join(taken.notes)
+    assert noted(taken.notes, "topics.none-of-them")[0].startswith("image.rear: ")
     dataset = NavDataset(tmp_path / "out")
     rows = slice(dataset.episodes[1].start, dataset.episodes[1].stop)
     assert not dataset.column("valid.image.rear")[rows].any()
@@ -202,7 +203,7 @@ def test_what_a_data_set_of_one_camera_leaves_out_is_said(
     ingested([write_recording("mcap", drive_entries(), name="first")], tmp_path / "out")
     recording = write_recording("mcap", drive_entries(streams=ALL, seed=1), name="second")
     (episode,) = ingested([recording], tmp_path / "out", robot=ROBOT).episodes
-    assert any(note.startswith("image.rear, lidar.rear: not in the rows") for note in episode.notes)
+    assert noted(episode.notes, "contents.left-out")[0].startswith("image.rear, lidar.rear: ")
     assert "valid.image.rear" not in NavDataset(tmp_path / "out").features
 
 
@@ -272,7 +273,9 @@ def test_check_finds_a_changed_video_and_unknown_geometry(
     (episode,) = ingested(
         [write_recording("mcap", drive_entries(streams=streams))], tmp_path / "out", robot=robot
     ).episodes
-    assert "image.rear: no transform from the base frame to rear_optical and no mounting" in " ".join(episode.notes)
+    assert "image.rear: no transform from the base frame to rear_optical and no mounting" in "".join(
+        noted(episode.notes, "sensor.no-pose")
+    )
     video = NavDataset(tmp_path / "out").layout.video(0, "observation.images.rear")
     video.write_bytes(video.read_bytes() + b"\0")
     found = [f"{finding.where}: {finding.message}" for finding in check_dataset(tmp_path / "out").findings]

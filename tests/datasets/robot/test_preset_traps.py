@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from noted import noted
 from robot_factory import RobotDrive
 from robot_messages import (
     ANYMAL_JOINTS,
@@ -149,7 +150,7 @@ def test_types_without_a_header_count_by_their_time_of_record(
     robot, ros1 = ingest_job(preset, []).robot, preset not in ROS2
     drive = robot_drive(preset, robot, 1.0, ros1=ros1)
     dataset, episode = ingested(robot, drive.entries, ros1=ros1)
-    told = {note.partition(":")[0] for note in episode.notes if note.endswith("the type has no header: record time")}
+    told = {text.partition(":")[0] for text in noted(episode.notes, "clock.record-time") if "no header" in text}
     assert told == headless
     for stream in set(drive.topics) - {"image", "camera_info", "lidar"}:
         native = dataset.stream(0, stream)
@@ -234,9 +235,8 @@ def test_a_state_without_a_battery_leaves_it_out_and_says_so(
     report = ingest([path], tmp_path / "out", robot, IngestConfig())
     states = sum(entry[1] == kind for entry in entries)
     assert report.dropped["battery: cannot be decoded"] == states
-    assert any(
-        "on /unitree/robot_state can be decoded: the message holds no battery" in x for x in report.episodes[0].notes
-    )
+    (note,) = noted(report.episodes[0].notes, "stream.undecodable")
+    assert note.endswith("on /unitree/robot_state can be decoded: the message holds no battery")
     names = NavDataset(tmp_path / "out").features["observation.proprioception"].names
     assert names is not None
     assert names[0] == "position.FR_hip_joint", "the vendor's joints stand in for the missing joint states"
@@ -258,4 +258,4 @@ def test_the_odometry_of_a_tartandrive_without_gps_is_told_of(
         drive = robot_drive("tartandrive2", robot, 9.0, ros1=True, other_types=other_types, streams=("odometry",))
         entries = [("/superodometry/integrated_to_init", *rest) for _, *rest in drive.entries]
         _, episode = ingested(robot, entries, f"out-{told}")
-        assert any("moves 90 deg to the right of where its poses look" in note for note in episode.notes) == told
+        assert bool(noted(episode.notes, "odometry.moves-aside")) == told

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from noted import noted
 from robot_factory import RobotDrive
 from robot_messages import ANYMAL_JOINTS, DRAWN_A, OTHER_TYPES, SPEED_MPS, TURN_RADPS
 
@@ -47,7 +48,7 @@ def test_a_preset_reads_the_recordings_of_its_robot(
     if "battery" in topics:
         current = dataset.column("observation.proprioception")[5, -1]
         assert current == pytest.approx(DRAWN_A), "a discharging current is positive"
-        guessed = any("the sign of a discharge" in note for note in episode.notes)
+        guessed = bool(noted(episode.notes, "battery.sign-by-median"))
         assert guessed == (robot.battery_current_sign == 0)
     if name in STOPS:
         flag = dataset.stream(0, "intervention")
@@ -129,7 +130,7 @@ def test_a_joystick_without_meaning_is_told(
     topics = TopicCandidates(command=["/joy"])
     report = ingest([path], tmp_path / "out", RobotConfig(topics=topics), IngestConfig())
     assert report.dropped["command: cannot be decoded"] == 1
-    assert any("a joystick's axes have no meaning" in note for note in report.episodes[0].notes)
+    assert "a joystick's axes have no meaning" in noted(report.episodes[0].notes, "stream.undecodable")[0]
     short = RobotConfig(topics=topics, joy=JoyCommand(forward_axis=9, forward_mps=1.0, turn_axis=0, turn_radps=1.0))
     report = ingest([path], tmp_path / "short", short, IngestConfig())
     assert report.dropped["command: cannot be decoded"] == 1

@@ -5,6 +5,7 @@ import random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from noted import noted
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.table import proposed_types
@@ -231,20 +232,21 @@ def test_what_is_left_over_says_why() -> None:
 def test_a_planar_scan_is_told_whether_it_is_proposed_or_named() -> None:
     note = "lidar: /scan is a planar scan: its clouds are a line of points at the scanner's height"
     proposed = propose_topic_map(listed("Scan /scan; Scan /other_scan"))
-    assert note in proposed.notes
+    assert noted(proposed.notes, "topics.planar-scan") == [note]
     assert [(topic.name, topic.reason) for topic in proposed.not_used] == [
         ("/other_scan", "a planar scan; /scan is used")
     ]
     both = listed("Scan /scan; Cloud /points")
     chosen = resolve_topic_map(named(lidar=["/absent", "scan"]), both)
     assert chosen.topic_of("lidar") == "/scan"
-    assert note in chosen.notes
+    assert noted(chosen.notes, "topics.planar-scan") == [note]
     assert [topic.reason for topic in chosen.not_used] == ["another point cloud; /scan is used"]
     assert propose_topic_map(both).notes == ()
     left_out = resolve_topic_map(named(lidar=["none"]), listed("Scan /scan"))
     assert [topic.reason for topic in left_out.not_used] == ["not among the robot's candidates for lidar"]
     equal = propose_topic_map(listed("Scan /scan_a; Scan /scan_b"))
-    assert "lidar: /scan_a and /scan_b fit equally; name one in the robot file" in equal.notes
+    told = noted(equal.notes, "topics.equal")
+    assert told == ["lidar: /scan_a and /scan_b fit equally; name one in the robot file"]
 
 
 @given(topics=ANY_TOPICS)
@@ -268,7 +270,7 @@ def test_candidates_are_taken_in_order_and_never_replaced_by_a_guess() -> None:
         resolved.topic_of("command"),
         resolved.topic_of("imu"),
     ) == ("/odom", None, None, "/imu/data")
-    (note,) = [note for note in resolved.notes if note.startswith("lidar")]
+    (note,) = [text for text in noted(resolved.notes, "topics.none-of-them") if text.startswith("lidar")]
     assert "/velodyne_points" in note
     assert "/points" in note
     assert {topic.name: topic.reason for topic in resolved.not_used}[
@@ -307,7 +309,7 @@ def test_camera_info_follows_the_camera_that_the_robot_file_names() -> None:
     assert resolved.topic_of("camera_info") == "/rear/camera_info"
     lonely = propose_topic_map(listed("Image /camera/image; Info /calibration"))
     assert lonely.topic_of("camera_info") == "/calibration"
-    assert any("only calibration" in note for note in lonely.notes)
+    assert noted(lonely.notes, "topics.only-calibration")
 
 
 REAR_CAMERA = RobotConfig(cameras={"rear": FurtherCamera(topics=["/cam/image_raw"])})

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from noted import noted
 
 from navtool.datasets.check import Severity, check_dataset
 from navtool.datasets.ingest.config import IngestConfig
@@ -91,7 +92,7 @@ def test_imu_and_odometry_are_turned_into_the_base_frame(
         assert other is not None
         for column in ("wz_radps", "wx_radps"):
             np.testing.assert_allclose(other[column], one[column], atol=1e-9)
-    assert not any("gravity is along" in note for report in reports.values() for note in report.episodes[0].notes)
+    assert not any(noted(report.episodes[0].notes, "imu.gravity") for report in reports.values())
 
 
 def test_a_turned_imu_without_a_known_pose_is_told(
@@ -105,7 +106,7 @@ def test_a_turned_imu_without_a_known_pose_is_told(
         RobotConfig(),
         IngestConfig(),
     )
-    assert any("imu: gravity is along +y, not +z" in note for note in report.episodes[0].notes)
+    assert "imu: gravity is along +y, not +z" in noted(report.episodes[0].notes, "imu.gravity")[0]
     found = [x for x in check_dataset(tmp_path / "out").findings if "gravity is along +y" in x.message]
     assert [(x.severity, x.check) for x in found] == [(Severity.WARN, "native")]
 

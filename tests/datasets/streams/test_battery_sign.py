@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from noted import noted
 
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
@@ -68,4 +69,4 @@ def test_the_column_is_positive_and_a_note_says_why(
     report = ingest([write_recording("mcap", entries)], tmp_path / "out", robot, IngestConfig())
     assert NavDataset(tmp_path / "out").column("observation.proprioception")[5, -1] == pytest.approx(4.0)
     said = f"battery: the robot file leaves the sign of a discharge open; the median of {sign * 4.0} A is taken for one"
-    assert said in report.episodes[0].notes
+    assert noted(report.episodes[0].notes, "battery.sign-by-median") == [said]

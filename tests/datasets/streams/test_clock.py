@@ -24,7 +24,7 @@ def test_a_type_without_header_takes_record_time() -> None:
     time = stream_time(np.full(10, NO_STAMP), RECORD, REFERENCE)
     assert time.source == "record"
     np.testing.assert_array_equal(time.stamps_ns, RECORD)
-    assert "no header" in time.notes[0]
+    assert "no header" in time.notes[0].text
 
 
 @pytest.mark.parametrize("pace", [1.0, 0.8])
@@ -33,7 +33,7 @@ def test_headerless_streams_follow_a_simulated_clock_at_its_own_pace(pace: float
     between = RECORD[:-1] + 50_000_000
     time = stream_time(np.full(9, NO_STAMP), between, reference_clock(simulated, RECORD))
     np.testing.assert_allclose(time.stamps_ns, simulated[:-1] + round(50_000_000 * pace), atol=1)
-    assert "moved onto the clock" in time.notes[0]
+    assert "moved onto the clock" in time.notes[0].text
     beyond = stream_time(np.full(1, NO_STAMP), RECORD[-1:] + 7, reference_clock(simulated, RECORD))
     assert beyond.stamps_ns[0] == simulated[-1] + 7
 
@@ -51,7 +51,7 @@ def test_empty_headers_take_record_time_and_single_ones_are_counted() -> None:
 def test_a_clock_that_was_never_set_is_not_believed() -> None:
     time = stream_time(RECORD - RECORD[0] + 1, RECORD, REFERENCE)
     assert time.source == "record"
-    assert "away from that of the grid's stream" in time.notes[0]
+    assert "away from that of the grid's stream" in time.notes[0].text
 
 
 @given(st.lists(st.integers(1, 50), min_size=1, max_size=40))

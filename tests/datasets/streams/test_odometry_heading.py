@@ -96,7 +96,7 @@ def test_what_a_note_says_is_lacking_ends_it(course: float, body: float) -> None
     assert aside or not any(along for _ in notes), "a robot that moves along is told of"
     if aside:
         (note,) = notes
-        lacking_rad = float(note.rpartition(" ")[2])
+        lacking_rad = float(note.text.rpartition(" ")[2])
         assert lacking_rad == pytest.approx(-body, abs=1e-3)
         assert heading_notes(turned_odometry(recorded, lacking_rad)) == []
 
@@ -106,13 +106,13 @@ def test_little_travel_says_nothing_and_a_noisy_stand_neither() -> None:
     assert heading_notes(driven(0.0, -np.pi / 2, speed_mps=4.0 / SECONDS)) == []
     assert heading_notes(driven(0.0, -np.pi / 2, speed_mps=0.0, noise_m=0.02)) == []
     (note,) = heading_notes(driven(0.0, -np.pi / 2, noise_m=0.02))
-    assert "moves 90 deg to the left of where its poses look" in note
+    assert "moves 90 deg to the left of where its poses look" in note.text
 
 
 def test_a_velocity_that_points_aside_is_told() -> None:
     assert heading_notes(driven(0.3, 0.0, measured_rad=0.0)) == []
     (note,) = heading_notes(driven(0.3, 0.0, measured_rad=-np.pi / 2))
-    assert note.startswith("state: the measured velocity points 90 deg to the right")
+    assert note.text.startswith("state: the measured velocity points 90 deg to the right")
 
 
 @pytest.mark.parametrize("measured", [True, False], ids=["twists", "poses-alone"])
