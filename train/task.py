@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from matplotlib.figure import Figure
 from torch import Tensor
 
+from navtool.base.note import Note
 from navtool.train.config import TrainConfig
 from navtool.train.judgement import Judge
 from navtool.train.samples import Batch, Samples
@@ -29,7 +30,7 @@ class Remarks:
 
     figures: Mapping[str, float] = field(default_factory=dict)
     """Figures by name, for ``metrics.json``."""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     """What a person should know."""
 
 

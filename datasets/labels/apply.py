@@ -11,6 +11,7 @@ import numpy as np
 from navtool.base.errors import OutputError
 from navtool.base.files import read_json, write_json
 from navtool.base.lineage import code_version, config_hash, file_sha256
+from navtool.base.note import Note
 from navtool.base.plain import plain
 from navtool.base.progress import Progress, Silent
 from navtool.datasets.labels.config import LabelConfig
@@ -119,10 +120,11 @@ def _count(report: LabelReport, episode: Episode, labels: EpisodeLabels) -> None
     report.negatives += int((known & (outcome[ahead] == 0)).any(axis=1).sum())
     ratio = labels.speed_ratio
     if ratio is not None and not 1 / SPEED_RATIO <= ratio <= SPEED_RATIO:
-        report.notes.append(
+        what = (
             f"{episode.source}: by its poses the odometry drives {ratio:.2f} times as far as by its speeds; "
             f"only {known.mean():.0%} of the steps are known"
         )
+        report.notes.append(Note("labels.odometry-apart", what))
 
 
 def _differs(dataset: NavDataset, episode: Episode, labels: EpisodeLabels) -> bool:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from navtool.base.note import Note
 from navtool.base.plain import plain_fields
 from navtool.datasets.labels.rules import RuleResult
 
@@ -66,7 +67,7 @@ class LabelReport:
     rules: dict[str, RuleReport] = field(default_factory=dict)
     events: EventsFile | None = None
     rewritten: list[int] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
 
     def add_rules(self, episode: int, results: tuple[RuleResult, ...]) -> None:
         """Count what the rules say of one episode."""

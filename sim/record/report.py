@@ -4,6 +4,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
+from navtool.base.note import Note
 from navtool.base.plain import plain
 from navtool.sim.record.episode import Episode, NotMade
 
@@ -19,7 +20,7 @@ class SimulationReport:
     """Numbers of those that were there already."""
     not_made: list[NotMade] = field(default_factory=list)
     """Those that could not be driven, with the reason."""
-    notes: list[str] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
     seconds: float = 0.0
     """Time by the clock on the wall, for all of it."""
 
@@ -62,7 +63,7 @@ class SimulationReport:
             "episodes": plain(self.episodes),
             "skipped": self.skipped,
             "not_made": plain(self.not_made),
-            "notes": self.notes,
+            "notes": plain(self.notes),
             "minutes": round(self.minutes, 4),
             "failures": self.failures,
             "failed_share": round(self.failed_share, 6),

@@ -6,6 +6,7 @@ from concurrent.futures import Future
 from pathlib import Path
 
 from navtool.base.lineage import code_version
+from navtool.base.note import Note
 from navtool.base.progress import Progress, Silent
 from navtool.base.workers import Workers, make_workers, outcome
 from navtool.sim.errors import SimError
@@ -98,6 +99,7 @@ def _work_of(config: SimulationConfig) -> int:
     return round(config.drive.duration_s * 1e6)
 
 
-def _notes(recordings: Recordings) -> list[str]:
+def _notes(recordings: Recordings) -> list[Note]:
     others = sum(episode.code != code_version() for episode in recordings.episodes.values())
-    return [f"{others} recordings were made by another version of navtool and are kept"] if others else []
+    what = f"{others} recordings were made by another version of navtool and are kept"
+    return [Note("recordings.other-version", what)] if others else []

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from matplotlib.figure import Figure
 from torch import Tensor
 
+from navtool.base.note import Note
 from navtool.datasets.store.reader import NavDataset
 from navtool.train.config import TrainConfig
 from navtool.train.source import NavSource
@@ -29,8 +30,8 @@ def unseen_trajectories(samples: SampleDataset) -> Remarks:
     share = samples.unseen_share()
     why = "they end before the ground that the camera sees begins"
     cure = "ingest at a lower fps, so that the steps reach further, or look at the camera's mounting"
-    note = f"{share:.0%} of the trajectory images are empty: {why}; {cure}"
-    return Remarks({"unseen_share": share}, (note,) if share > _UNSEEN else ())
+    what = f"{share:.0%} of the trajectory images are empty: {why}; {cure}"
+    return Remarks({"unseen_share": share}, (Note("samples.unseen-trajectories", what),) if share > _UNSEEN else ())
 
 
 def _draw(samples: Sequence[Sample], output: Tensor, config: TrainConfig) -> Figure:

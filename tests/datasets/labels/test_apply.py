@@ -168,7 +168,7 @@ def test_an_odometry_at_odds_with_itself_is_noted(tmp_path: Path, write_recordin
 
     ingest([write_recording("mcap", faster(), name="odd")], tmp_path / "set", RobotConfig(), IngestConfig())
     (note,) = label_dataset(tmp_path / "set", LabelConfig()).notes
-    assert "/odd: by its poses the odometry drives 0.50 times as far as by its speeds" in note
+    assert "/odd: by its poses the odometry drives 0.50 times as far as by its speeds" in note.text
 
 
 def test_events_override_rules_and_count_seconds_from_the_start(dataset: Path, tmp_path: Path) -> None:
