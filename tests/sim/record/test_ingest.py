@@ -35,7 +35,7 @@ from navtool.sim.sensors.camera import Camera
 from navtool.sim.world.scenario import ScenarioConfig, load_scenario
 from navtool.sim.world.surfaces import surface_number
 
-SECONDS = 4.0
+SECONDS = 3.0
 CALIBRATED = CameraSetup(width=320, height=240)
 
 
