@@ -81,14 +81,14 @@ def _topics(inspection: Inspection) -> str:
 def _topic(topic: TopicReport, reason: str) -> str:
     figures = (f"{topic.count}", _number(topic.rate_hz), _number(topic.gap_max_s), _number(topic.clock_offset_s))
     cells = "".join(f'<td class="n">{figure}</td>' for figure in figures)
-    told = [reason]
+    said = [reason]
     if topic.backwards:
-        told.append(f"{topic.backwards} stamps run backwards")
+        said.append(f"{topic.backwards} stamps run backwards")
     if topic.zero_stamps:
-        told.append(f"{topic.zero_stamps} empty stamps")
+        said.append(f"{topic.zero_stamps} empty stamps")
     if topic.unreadable:
-        told.append(f"{topic.unreadable} unreadable")
-    text = escape("; ".join(part for part in told if part))
+        said.append(f"{topic.unreadable} unreadable")
+    text = escape("; ".join(part for part in said if part))
     name, kind = escape(topic.name), escape(topic.type)
     return f'<tr><td><code>{name}</code></td><td class="dim">{kind}</td>{cells}<td class="dim">{text}</td></tr>'
 

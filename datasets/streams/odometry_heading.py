@@ -1,4 +1,4 @@
-"""Which way an odometry's body looks: turned where the robot says so, and told where it seems to look aside."""
+"""Which way an odometry's body looks: turned where the robot says so, and noted where it seems to look aside."""
 
 from dataclasses import replace
 
@@ -35,10 +35,10 @@ def turned_odometry(odometry: TimedStream, yaw_rad: float) -> TimedStream:
 
 
 def heading_notes(odometry: TimedStream | None) -> list[Note]:
-    """What to tell of an odometry by whose poses or velocities the robot moves more sideways than along.
+    """Notes on an odometry by whose poses or velocities the robot moves more sideways than along.
 
     Nothing of one that moves less than 5 m, as much one way as the other, or without attitudes. A robot that walks
-    sideways is told of as well: by its odometry alone the two look alike.
+    sideways is noted as well: by its odometry alone the two look alike.
     """
     if odometry is None:
         return []

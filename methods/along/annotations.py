@@ -1,4 +1,4 @@
-"""What is known to stand where a recording was made: drawn by hand, or told by the simulator."""
+"""What is known to stand where a recording was made: drawn by hand, or known to the simulator."""
 
 import json
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from navtool.pipeline.intensity_map.truth import Outline
 
 CLASSES = {what.name: what for what in (CellClass.solid, CellClass.pliable, CellClass.transparent)}
 """What an obstacle can be. What is not drawn is free."""
-_FAULTS_TOLD = 20
+_FAULTS_SHOWN = 20
 _LEAST_M2 = 1e-6
 
 
@@ -67,35 +67,35 @@ def parse_annotations(text: str, where: str | Path) -> Annotations:
     faults: list[str] = []
     frame_id = content.get("frame_id")
     if not isinstance(frame_id, str) or not frame_id:
-        faults.append(f"frame_id is {_told(frame_id)}, wanted the name of the frame of the corners, such as odom")
+        faults.append(f"frame_id is {_shown(frame_id)}, wanted the name of the frame of the corners, such as odom")
     obstacles = content.get("obstacles")
     if not isinstance(obstacles, list):
-        faults.append(f"obstacles is {_told(obstacles)}, wanted a list")
+        faults.append(f"obstacles is {_shown(obstacles)}, wanted a list")
         obstacles = []
     outlines = [_outline(entry, f"obstacles[{number}]", faults) for number, entry in enumerate(obstacles)]
     if faults:
-        more = len(faults) - _FAULTS_TOLD
-        told = [*faults[:_FAULTS_TOLD], *([f"and {more} faults more"] if more > 0 else [])]
+        more = len(faults) - _FAULTS_SHOWN
+        shown = [*faults[:_FAULTS_SHOWN], *([f"and {more} faults more"] if more > 0 else [])]
         cure = "correct what is named; docs/annotations.md has the format"
-        raise DatasetsError("; ".join(told), where=where, cure=cure)
+        raise DatasetsError("; ".join(shown), where=where, cure=cure)
     return Annotations(str(frame_id), tuple(one for one in outlines if one is not None))
 
 
 def _outline(entry: object, place: str, faults: list[str]) -> Outline | None:
     if not isinstance(entry, Mapping):
-        faults.append(f"{place} is {_told(entry)}, wanted an object with class and outline_m")
+        faults.append(f"{place} is {_shown(entry)}, wanted an object with class and outline_m")
         return None
     before = len(faults)
     name = entry.get("class")
     if not isinstance(name, str) or name not in CLASSES:
         hint = did_you_mean(name, list(CLASSES)) if isinstance(name, str) else ""
-        faults.append(f"{place}.class is {_told(name)}{hint}, known are {', '.join(CLASSES)}")
+        faults.append(f"{place}.class is {_shown(name)}{hint}, known are {', '.join(CLASSES)}")
     corners = entry.get("outline_m")
     if not isinstance(corners, list) or len(corners) < 3:
-        faults.append(f"{place}.outline_m is {_told(corners)}, wanted three corners [x, y] or more, in metres")
+        faults.append(f"{place}.outline_m is {_shown(corners)}, wanted three corners [x, y] or more, in metres")
     else:
         faults.extend(
-            f"{place}.outline_m[{number}] is {_told(corner)}, wanted [x, y] in metres"
+            f"{place}.outline_m[{number}] is {_shown(corner)}, wanted [x, y] in metres"
             for number, corner in enumerate(corners)
             if not _is_corner(corner)
         )
@@ -119,7 +119,7 @@ def _is_corner(corner: object) -> bool:
     return all(isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e9 for value in corner)
 
 
-def _told(value: object) -> str:
+def _shown(value: object) -> str:
     """What stands there, cut to a line."""
     text = "missing" if value is None else json.dumps(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

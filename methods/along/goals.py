@@ -13,7 +13,7 @@ from navtool.methods.along.sweeps import sensor_pose
 from navtool.pipeline.arrays import Array
 
 _LEAST_M = 0.5
-"""Nearer places tell no direction."""
+"""Nearer places give no direction."""
 _PIECE = 512
 
 

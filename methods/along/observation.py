@@ -14,7 +14,7 @@ class Skip(NamedTuple):
     reason: str
     """Counted by it, so without numbers of this one tick."""
     note: str = ""
-    """What a user should look at; of each reason, the first one's is told."""
+    """What a user should look at; of each reason, the first one's is kept."""
 
 
 class Reading[T](NamedTuple):

@@ -37,7 +37,7 @@ class Streams(ABC):
         calibration: The robot's geometry.
         odometry: Poses and speeds of the base frame; None where there are none.
         motion: The robot's way by them.
-        odometry_frame: In which the way is; ``odom`` where it is not told.
+        odometry_frame: In which the way is; ``odom`` where it is not known.
         notes: What a user should look at.
     """
 

@@ -53,10 +53,10 @@ def tried(fit: ThresholdFit) -> list[Tried]:
 def doubts(fit: ThresholdFit, config: ThresholdFitConfig) -> list[str]:
     """What speaks against a fit."""
     best = fit.best
-    told = []
+    found = []
     if best.curve.area < _WEAK_AREA:
         area = f"the area under the curve is {best.curve.area:.2f}, where 0.5 is chance"
-        told.append(
+        found.append(
             f"{area}: intensities hardly tell solid from pliable, or the outlines lie elsewhere than the things"
         )
     for name, chosen, values in (
@@ -65,8 +65,8 @@ def doubts(fit: ThresholdFit, config: ThresholdFitConfig) -> list[str]:
     ):
         edge = {min(values): "least", max(values): "largest"}.get(chosen)
         if edge is not None and len(values) > 1:
-            told.append(f"of tried.{name}, the {edge} gains most ({chosen:g} m): try more")
-    return told
+            found.append(f"of tried.{name}, the {edge} gains most ({chosen:g} m): try more")
+    return found
 
 
 def _tried(candidate: Candidate) -> Tried:

@@ -1,4 +1,4 @@
-"""How high a sensor is above the ground, measured where nobody has told."""
+"""How high a sensor is above the ground, measured where it is not known."""
 
 import numpy as np
 from jaxtyping import Float32

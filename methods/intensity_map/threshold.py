@@ -28,7 +28,7 @@ from navtool.pipeline.intensity_map.config import LayerConfig, Reduction
 SETTINGS, PICTURE = "settings.yaml", "roc.svg"
 """What lies in the output beside its lineage."""
 _HEIGHT_SWEEPS = 10
-"""Sweeps whose ground tells the height of a sensor, where nobody has told it."""
+"""Sweeps from whose ground the height of a sensor is measured, where it is not known."""
 
 
 @dataclass(kw_only=True, slots=True)

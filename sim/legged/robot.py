@@ -241,11 +241,11 @@ class LeggedRobot:
         self._fallen = self._fallen or down or upright < math.cos(FALL_TILT_RAD)
         stepping = self._controller.stepping
         standing = tuple(mode is LegMode.STANCE for mode in stepping.modes)
-        self._watch(speed_mps, drag)
+        self._follow(speed_mps, drag)
         command = (speed_mps, turn_radps)
         recorder.tick(Tick(command, standing, self._touched(), freed, drag, stepping.stumbles, down, self._fallen))
 
-    def _watch(self, speed_mps: float, drag_n: float) -> None:
+    def _follow(self, speed_mps: float, drag_n: float) -> None:
         """Let the means over the last moments follow."""
         share = CONTROL_S / _HELD_S
         went = math.hypot(*self.data.qvel[:2].tolist())
