@@ -158,22 +158,23 @@ def test_the_first_sensors_are_as_without_others(
 def test_more_workers_and_another_time_give_the_same_bytes(
     write_recording: Write, drive_entries: Drive, tmp_path: Path
 ) -> None:
-    paths = [write_recording("mcap", drive_entries(streams=ALL, seed=seed), name=f"run-{seed}") for seed in range(3)]
+    paths = [
+        write_recording("mcap", drive_entries(1.5, streams=ALL, seed=seed), name=f"run-{seed}") for seed in range(2)
+    ]
     ingested(paths, tmp_path / "one", robot=ROBOT)
     ingested(paths, tmp_path / "two", robot=ROBOT, workers=2)
     assert hashes(tmp_path / "one") == hashes(tmp_path / "two")
     shutil.rmtree(paths[0]) if paths[0].is_dir() else paths[0].unlink()
-    longer = write_recording("mcap", drive_entries(4.0, streams=ALL, seed=0), name="run-0")
+    longer = write_recording("mcap", drive_entries(2.0, streams=ALL, seed=0), name="run-0")
     report = ingested([longer], tmp_path / "one", robot=ROBOT)
     assert [episode.rebuilt for episode in report.episodes] == [True]
     ingested([longer, *paths[1:]], tmp_path / "new", robot=ROBOT)
     names = [name for name in hashes(tmp_path / "new") if name.startswith(("videos", "data", "meta"))]
-    assert len(names) > 8
+    assert len(names) > 6
     assert {n: hashes(tmp_path / "one")[n] for n in names} == {n: hashes(tmp_path / "new")[n] for n in names}
 
 
-def test_upstream_and_check_open_it(both: Path, assert_upstream_opens: Callable[[Path], None]) -> None:
-    assert_upstream_opens(both)
+def test_check_finds_nothing_about_them(both: Path) -> None:
     report = check_dataset(both)
     assert report.passed
     assert not any("rear" in finding.where + finding.message for finding in report.findings), report.findings

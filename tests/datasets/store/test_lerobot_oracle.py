@@ -1,12 +1,15 @@
 """What upstream says of our data sets: LeRobot's own reader and statistics, and lerobot-doctor."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from drive_factory import REAR, STREAMS
+from ingesting import ingested
 
+from navtool.datasets.robot.config import FurtherCamera, RobotConfig
 from navtool.datasets.store.reader import NavDataset
 from navtool.datasets.store.stats import column_stats
 
@@ -85,3 +88,17 @@ def test_doctor_finds_no_fail(labelled_dataset: Path) -> None:
     results = run_checks(load_dataset(str(labelled_dataset))).results
     assert len(results) >= 10
     assert [result for result in results if result.severity.value == "FAIL"] == []
+
+
+@pytest.mark.filterwarnings("ignore")  # upstream's own
+def test_upstream_reads_every_camera(
+    assert_upstream_opens: Callable[[Path], None],
+    write_recording: Callable[..., Path],
+    drive_entries: Callable[..., Any],
+    tmp_path: Path,
+) -> None:
+    recording = write_recording("mcap", drive_entries(1.5, streams=(*STREAMS, *REAR)))
+    robot = RobotConfig(cameras={"rear": FurtherCamera(topics=["/rear_camera/image_raw/compressed"])})
+    assert ingested([recording], tmp_path / "out", robot=robot).quarantined == []
+    assert "observation.images.rear" in NavDataset(tmp_path / "out").features
+    assert_upstream_opens(tmp_path / "out")
