@@ -9,7 +9,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 ONLY ?=
 # a process a core, each with one thread: two threads on a busy core wait for each other; tests keep their bytecode too
-PYTEST = $(COMPILE) && PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile
+PYTEST = $(COMPILE) && PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist worksteal
 # bytecode, as an installed package has it: starting takes half as long, also where Python is told to write none
 COMPILE = $(BIN)/python -m compileall -q base cli configs datasets export methods pipeline sim train
 # uv where it works already, else a private one
