@@ -18,7 +18,7 @@ from navtool.sim.record.recorder_config import CameraSetup
 from navtool.sim.record.rig import CAMERA, LIDAR, ODOM, RIGS, RobotKind
 from navtool.sim.record.stage import make_stage
 from navtool.sim.sensors.camera import Camera
-from navtool.sim.sensors.lidar import Lidar, Scan
+from navtool.sim.sensors.lidar import Cloud, Lidar
 from navtool.sim.world.scenario import load_scenario
 
 SCENARIO = Path(__file__).parents[1] / "configs" / "scenario" / "demo.yaml"
@@ -62,7 +62,7 @@ def write_bag(folder: Path, container: str, size: float, *, seed: int = 0, name:
 
 
 def _tick(
-    factory: MessageFactory, frame: NDArray[np.uint8], cloud: Scan, tick: int, seed: int
+    factory: MessageFactory, frame: NDArray[np.uint8], cloud: Cloud, tick: int, seed: int
 ) -> Iterator[tuple[str, int, bytes]]:
     """One tenth of a second, in the order of record."""
     start = START_NS + seed * 10**15 + tick * TICK_NS
@@ -94,7 +94,7 @@ def _small(factory: MessageFactory, topic: str, stamp: int, time_s: float) -> by
 
 
 @cache
-def sights() -> tuple[list[NDArray[np.uint8]], list[Scan]]:
+def sights() -> tuple[list[NDArray[np.uint8]], list[Cloud]]:
     """Frames and clouds along the course of a simulated place; beams without a return are given one."""
     stage = make_stage(load_scenario(SCENARIO), 0)
     world, rig, rng = stage.world, RIGS[RobotKind.wheeled], np.random.default_rng(0)
@@ -112,7 +112,7 @@ def sights() -> tuple[list[NDArray[np.uint8]], list[Scan]]:
         noisy = view.astype(np.float32) + rng.normal(0.0, 6.0, view.shape).astype(np.float32)
         frames.append(noisy.clip(0, 255).astype(np.uint8))
         firings = _standing(robot @ rig.mount(LIDAR))(lidar.config.column_time_s())
-        clouds.append(_full(lidar.scan(stage.scene, firings, rng), np.array(lidar.config.elevation_rad), rng))
+        clouds.append(_full(lidar.measure(stage.scene, firings, rng), np.array(lidar.config.elevation_rad), rng))
     return frames, clouds
 
 
@@ -121,19 +121,19 @@ def _standing(pose: NDArray[np.float64]) -> Callable[[NDArray[np.float64]], NDAr
     return lambda time_s: np.repeat(pose[None], len(time_s), axis=0)
 
 
-def _full(scan: Scan, elevation_rad: NDArray[np.float64], rng: np.random.Generator) -> Scan:
-    """The scan with 28,800 points: those missing are far hits, such as trees beyond the simulated place."""
-    missing = 28_800 - len(scan.xyz)
+def _full(cloud: Cloud, elevation_rad: NDArray[np.float64], rng: np.random.Generator) -> Cloud:
+    """The cloud with 28,800 points: those missing are far hits, such as trees beyond the simulated place."""
+    missing = 28_800 - len(cloud.xyz)
     azimuth, ring = rng.uniform(-np.pi, np.pi, missing), rng.integers(0, 16, missing).astype(np.uint16)
     distance, elevation = 40 + 20 * np.sin(7 * azimuth) + rng.normal(0, 0.5, missing), elevation_rad[ring]
     level = distance * np.cos(elevation)
     far = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), distance * np.sin(elevation)], axis=1)
-    return Scan(
-        np.concatenate([scan.xyz, far.astype(np.float32)]),
-        np.concatenate([scan.intensity, rng.uniform(1, 60, missing).astype(np.float32)]),
-        np.concatenate([scan.ring, ring]),
-        np.concatenate([scan.time_s, (-azimuth / (20 * np.pi)).astype(np.float32)]),
-        np.concatenate([scan.surface, np.zeros(missing, np.uint8)]),
+    return Cloud(
+        np.concatenate([cloud.xyz, far.astype(np.float32)]),
+        np.concatenate([cloud.intensity, rng.uniform(1, 60, missing).astype(np.float32)]),
+        np.concatenate([cloud.ring, ring]),
+        np.concatenate([cloud.time_s, (-azimuth / (20 * np.pi)).astype(np.float32)]),
+        np.concatenate([cloud.surface, np.zeros(missing, np.uint8)]),
     )
 
 

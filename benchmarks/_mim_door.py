@@ -65,7 +65,7 @@ def door(seed: list[int], config: IntensityMapConfig) -> Door:
     base = transform_from_xyz_rpy(np.array([x, y, _BASE_HEIGHT_M]), np.array([0.0, 0.0, yaw]))
     sensor = base @ BASE_SENSOR
     lidar = Lidar(LIDAR_MODE)
-    scan = lidar.scan(place.scene, np.tile(sensor, (lidar.config.columns, 1, 1)), rng)
+    cloud = lidar.measure(place.scene, np.tile(sensor, (lidar.config.columns, 1, 1)), rng)
     goal = np.linalg.inv(sensor) @ np.array([BEHIND_M, middle, 0.0, 1.0])
     robot = np.linalg.inv(sensor) @ np.append(base[:3, 3], 1.0)
     goal_rad = float(np.arctan2(goal[1], goal[0]))
@@ -79,7 +79,7 @@ def door(seed: list[int], config: IntensityMapConfig) -> Door:
             glass=config.glass,
             inflation=way.inflation,
         )
-        made = map_cloud(GlassMemory(), scan.xyz, scan.intensity, here, 0.0, goal_rad, inflated)[1]
+        made = map_cloud(GlassMemory(), cloud.xyz, cloud.intensity, here, 0.0, goal_rad, inflated)[1]
         found[way.name] = has_way(made.plan, robot[:2], goal[:2], config.grid.cell_m)
     return Door(distance, angle, found)
 

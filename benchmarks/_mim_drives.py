@@ -75,14 +75,14 @@ def clouds(place: Place, drive: Drive, seed: int, start_s: float = 0.2) -> Itera
     columns = lidar.config.column_time_s()
     for index, time_s in enumerate(np.arange(start_s, drive.duration_s, 1 / lidar.config.rate_hz).tolist()):
         world_sensor = drive.pose(time_s + columns) @ BASE_SENSOR
-        scan = lidar.scan(place.scene, world_sensor, np.random.default_rng([seed, index]))
+        cloud = lidar.measure(place.scene, world_sensor, np.random.default_rng([seed, index]))
         knots = np.linspace(columns[0], 0.0, _KNOTS)
         at_knots = odometry(drive, time_s + knots) @ BASE_SENSOR
         motion = invert_transform(at_knots[-1]) @ at_knots
         yield Cloud(
             time_s=time_s,
-            xyz=np.ascontiguousarray(deskewed(np.ascontiguousarray(scan.xyz.T), scan.time_s, knots, motion).T),
-            intensity=scan.intensity,
+            xyz=np.ascontiguousarray(deskewed(np.ascontiguousarray(cloud.xyz.T), cloud.time_s, knots, motion).T),
+            intensity=cloud.intensity,
             odom_sensor=flat(at_knots[-1]),
             world_sensor=flat(drive.pose(np.array([time_s]))[0] @ BASE_SENSOR),
         )

@@ -12,7 +12,7 @@ from navtool.pipeline.image_reliability import ImageReliability, ImageReliabilit
 from navtool.sim.sensors.camera import Camera
 from navtool.sim.sensors.camera_config import CameraConfig
 from navtool.sim.sensors.exposure import Exposure
-from navtool.sim.sensors.lidar import AIR, Lidar, Scan
+from navtool.sim.sensors.lidar import AIR, Cloud, Lidar
 from navtool.sim.sensors.lidar_config import LidarConfig, Returns
 from navtool.sim.sensors.shader import Shader
 from navtool.sim.world.mesh import TriangleMesh, join_meshes, make_mesh
@@ -116,16 +116,16 @@ def weather_claims() -> Iterator[Claim]:
     scene, places = RayScene(world.mesh), stands(world)
     config = LidarConfig()
 
-    def scans(weather: WeatherConfig | None) -> list[Scan]:
+    def clouds(weather: WeatherConfig | None) -> list[Cloud]:
         lidar = Lidar(config, weather)
         return [
-            lidar.scan(scene, lidar_poses(stand, config.columns), np.random.default_rng(number))
+            lidar.measure(scene, lidar_poses(stand, config.columns), np.random.default_rng(number))
             for number, stand in enumerate(places)
         ]
 
-    dry = [np.array([float(len(cloud.xyz))]) for cloud in scans(None)]
+    dry = [np.array([float(len(cloud.xyz))]) for cloud in clouds(None)]
     for name, weather in WEATHERS:
-        found = scans(weather)
+        found = clouds(weather)
         lost = [before - (cloud.surface != AIR).sum() for before, cloud in zip(dry, found, strict=True)]
         share, interval, _ = ratio(lost, dry)
         count = int(sum(before.sum() for before in dry))
@@ -179,7 +179,7 @@ def camera_claims() -> Iterator[Claim]:
         yield Claim(f"gain at {lux:g} lux", gain, "", interval, len(found), said, gain <= config.largest_gain + 1e-6)
 
 
-def clouds_of_places() -> Iterator[Scan]:
+def clouds_of_places() -> Iterator[Cloud]:
     lidar = Lidar(LidarConfig(returns=Returns.dual))
     for name in CLAIMED:
         for seed in SEEDS:
@@ -187,17 +187,17 @@ def clouds_of_places() -> Iterator[Scan]:
             scene = RayScene(world.mesh)
             for number, stand in enumerate(stands(world)):
                 rng = np.random.default_rng([seed, number])
-                yield lidar.scan(scene, lidar_poses(stand, lidar.config.columns), rng)
+                yield lidar.measure(scene, lidar_poses(stand, lidar.config.columns), rng)
 
 
-def within(cloud: Scan, surface: str) -> Column:
+def within(cloud: Cloud, surface: str) -> Column:
     """Intensities of the points of a surface within the ranges that count, as shares of the full scale."""
     reach = np.linalg.norm(cloud.xyz, axis=1)
     kept = (cloud.surface == surface_number(surface)) & (reach > NEAR_M) & (reach < FAR_M)
     return np.asarray(cloud.intensity[kept].astype(np.float64) / 255)
 
 
-def returned_twice(cloud: Scan, surface: int) -> tuple[Column, Column]:
+def returned_twice(cloud: Cloud, surface: int) -> tuple[Column, Column]:
     """How many of a surface's beams return twice, and how many there are: those whose first point is on it."""
     again = (np.diff(cloud.time_s) == 0) & (np.diff(cloud.ring.astype(int)) == 0)
     second, first = np.append(False, again), np.append(again, False)
@@ -226,5 +226,5 @@ def sheet(x: float, surface: str) -> TriangleMesh:
     return make_mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), surface_number(surface))
 
 
-def cloud_of(scene: RayScene, config: LidarConfig) -> Scan:
-    return Lidar(config).scan(scene, np.tile(np.eye(4), (config.columns, 1, 1)), np.random.default_rng(0))
+def cloud_of(scene: RayScene, config: LidarConfig) -> Cloud:
+    return Lidar(config).measure(scene, np.tile(np.eye(4), (config.columns, 1, 1)), np.random.default_rng(0))

@@ -55,7 +55,7 @@ def speed_rows(name: str) -> Iterator[Row]:
         sweep, pose_at = lidar_poses(stand, lidar.config.columns), partial(camera_poses, stand)
         beams, pixels = seen_from(sweep[0], beam_rays(lidar)), seen_from(pose_at(np.zeros(1))[0], pixel_rays())
         actions: tuple[Callable[[], object], ...] = (
-            partial(lidar.scan, scene, sweep, rng),
+            partial(lidar.measure, scene, sweep, rng),
             partial(scene.cast, *beams),
             partial(camera.picture, shader, pose_at, 5e4, rng),
             partial(scene.cast, *pixels),

@@ -10,7 +10,7 @@ from navtool.base.pages.style import CLASS_COLOURS
 from navtool.pipeline.arrays import Array
 from navtool.sim.drive.drive import Drive
 from navtool.sim.record.truth import obstacle_class, outline
-from navtool.sim.sensors.lidar import Scan
+from navtool.sim.sensors.lidar import Cloud
 from navtool.sim.sensors.shader import SKY
 from navtool.sim.world.place import World
 from navtool.sim.world.surfaces import SURFACES
@@ -61,17 +61,17 @@ def write(canvas: UInt8[Array, "h w 3"], text: str, x: int, y: int, size: float 
     cv2.putText(canvas, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, size, colour, 1, cv2.LINE_AA)
 
 
-def draw_cloud(scan: Scan, side_px: int, reach_m: float = 10.0) -> UInt8[Array, "s s 3"]:
+def draw_cloud(cloud: Cloud, side_px: int, reach_m: float = 10.0) -> UInt8[Array, "s s 3"]:
     """A cloud from above, ahead is up: blue for an intensity of 0, through green and yellow, to red for 255."""
     canvas = np.full((side_px, side_px, 3), 22, np.uint8)
     middle, scale = side_px / 2, side_px / (2 * reach_m)
     for ring_m in np.arange(_DISTANCE_M, reach_m + 0.1, _DISTANCE_M).tolist():
         cv2.circle(canvas, (int(middle), int(middle)), round(ring_m * scale), (60, 60, 60), 1, cv2.LINE_AA)
-    row = np.round(middle - scan.xyz[:, 0] * scale).astype(np.int64)
-    column = np.round(middle - scan.xyz[:, 1] * scale).astype(np.int64)
+    row = np.round(middle - cloud.xyz[:, 0] * scale).astype(np.int64)
+    column = np.round(middle - cloud.xyz[:, 1] * scale).astype(np.int64)
     inside = (row >= 0) & (row < side_px) & (column >= 0) & (column < side_px)
-    order = np.flatnonzero(inside)[np.argsort(scan.xyz[inside, 2], kind="stable")]
-    canvas[row[order], column[order]] = _intensity_colours()[scan.intensity[order].astype(np.uint8)]
+    order = np.flatnonzero(inside)[np.argsort(cloud.xyz[inside, 2], kind="stable")]
+    canvas[row[order], column[order]] = _intensity_colours()[cloud.intensity[order].astype(np.uint8)]
     corners = middle + np.array([[0.0, -0.5], [0.25, 0.35], [-0.25, 0.35]]) * scale
     cv2.polylines(canvas, [np.round(corners).astype(np.int32)], isClosed=True, color=(255, 255, 255))
     return canvas

@@ -13,7 +13,7 @@ from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import quaternion_from_rpy
 from navtool.sim.record.rig import BASE, CAMERA, IMU, LIDAR, ODOM, Pose
-from navtool.sim.sensors.lidar import Scan
+from navtool.sim.sensors.lidar import Cloud
 
 _POINT = np.dtype(
     {
@@ -83,12 +83,12 @@ class MessageFactory:
             **{name.upper() if self.ros1 else name: array for name, array in arrays.items()},
         )
 
-    def cloud(self, stamp_ns: int, scan: Scan) -> bytes:
+    def cloud(self, stamp_ns: int, cloud: Cloud) -> bytes:
         """A sensor_msgs/PointCloud2 as the Velodyne driver publishes it, points without a return left out."""
-        points = np.empty(scan.ring.size, _POINT)
+        points = np.empty(cloud.ring.size, _POINT)
         for axis, name in enumerate("xyz"):
-            points[name] = scan.xyz[:, axis]
-        points["intensity"], points["ring"], points["time"] = scan.intensity, scan.ring, scan.time_s
+            points[name] = cloud.xyz[:, axis]
+        points["intensity"], points["ring"], points["time"] = cloud.intensity, cloud.ring, cloud.time_s
         fields = [
             self._make("sensor_msgs/msg/PointField", name=name, offset=offset, datatype=kind, count=1)
             for name, offset, kind in _FIELDS

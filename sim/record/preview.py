@@ -78,7 +78,7 @@ def _look(take: Take, time_s: float, number: int) -> tuple[Array, Array, Array, 
     picture = camera.picture(shader, lambda s: take.drive.pose(time_s + s) @ sensor, lux, rng)
     lidar = Lidar(take.lidar, world.config.weather)
     poses = take.drive.pose(time_s + take.lidar.column_time_s()) @ take.rig.mount(LIDAR)
-    cloud = draw_cloud(lidar.scan(scene, poses, rng), _PICTURE_PX[1])
+    cloud = draw_cloud(lidar.measure(scene, poses, rng), _PICTURE_PX[1])
     colours = cv2.resize(surface_colours()[picture.surface], _PICTURE_PX, interpolation=cv2.INTER_NEAREST)
     shown = np.unique(picture.surface).tolist()
     return cv2.resize(picture.rgb, _PICTURE_PX, interpolation=cv2.INTER_AREA), np.asarray(colours), cloud, set(shown)

@@ -271,8 +271,8 @@ def _lidar(take: Take, factory: MessageFactory) -> Stream:
 
     def make(index: int) -> list[tuple[str, bytes]]:
         poses = take.drive.pose(times[index] + columns) @ sensor
-        scan = lidar.scan(take.stage.scene, poses, take.rng(_Purpose.LIDAR_NOISE, index))
-        return [("/velodyne_points", factory.cloud(int(stamps[index]), scan))]
+        cloud = lidar.measure(take.stage.scene, poses, take.rng(_Purpose.LIDAR_NOISE, index))
+        return [("/velodyne_points", factory.cloud(int(stamps[index]), cloud))]
 
     return Stream(take.received(stamps, 0.004, timing), make)
 

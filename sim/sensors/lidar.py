@@ -17,7 +17,7 @@ AIR = 255
 """Number of what floats in the air, where a point's surface is asked for."""
 
 
-class Scan(NamedTuple):
+class Cloud(NamedTuple):
     """The points of one turn in the order of firing, each in the sensor's frame at the time of its own firing."""
 
     xyz: Float32[Array, "n 3"]
@@ -47,7 +47,7 @@ class Lidar:
         self._offset_rad = (np.arange(-2, 3) * (self.config.column_rad / 2)).astype(np.float32)
         self._time_s = self.config.column_time_s()[:, None] + self.config.laser_time_s()[None, :]
 
-    def scan(self, scene: RayScene, world_lidar: Float[Array, "columns 4 4"], rng: np.random.Generator) -> Scan:
+    def measure(self, scene: RayScene, world_lidar: Float[Array, "columns 4 4"], rng: np.random.Generator) -> Cloud:
         """The cloud of one turn.
 
         Guarantee: equal arguments give equal clouds.
@@ -128,7 +128,7 @@ class Lidar:
             self.weather, count, self.config.min_range_m, (across * up, growth), self.config.pulse_m, rng
         )
 
-    def _points(self, first: "_Found", other: "_Found", rng: np.random.Generator) -> Scan:
+    def _points(self, first: "_Found", other: "_Found", rng: np.random.Generator) -> Cloud:
         """Add noise, leave out what is too near, and put the points in the order of firing."""
         rings, columns = self.config.rings, self._columns
         order = np.array(self.config.firing_order)
@@ -149,7 +149,7 @@ class Lidar:
         beam, measured = beam[there], measured[there]
         ring, column = np.divmod(beam, columns)
         scale = np.float32(255 / self.config.full_scale)
-        return Scan(
+        return Cloud(
             xyz=np.stack([axis.ravel()[beam] * measured for axis in self._axes], axis=-1),
             intensity=np.round(np.clip(strength[there] * scale, 1, 255)),
             ring=ring.astype(np.uint16),

@@ -15,7 +15,7 @@ from navtool.sim.record.episode import drive_episode, plan_episode, take_of
 from navtool.sim.record.preview import MOMENTS, contact_sheet, contact_sheet_png, moments
 from navtool.sim.record.stage import Stage
 from navtool.sim.record.streams import Take
-from navtool.sim.sensors.lidar import Scan
+from navtool.sim.sensors.lidar import Cloud
 from navtool.sim.world.surfaces import SURFACES
 
 PURPLE, BLUE = (190, 0, 170), (30, 60, 220)
@@ -67,10 +67,10 @@ def test_the_map_puts_things_where_they_are(stage: Stage) -> None:
 
 def test_a_cloud_from_above_has_ahead_up_and_left_left() -> None:
     xyz = np.array([[8.0, 0.0, 0.0], [0.0, 8.0, 0.0], [30.0, 0.0, 0.0]], np.float32)
-    scan = Scan(
+    cloud = Cloud(
         xyz, np.array([255, 1, 9], np.float32), np.zeros(3, np.uint16), np.zeros(3, np.float32), np.zeros(3, np.uint8)
     )
-    picture = draw_cloud(scan, 200)
+    picture = draw_cloud(cloud, 200)
     ahead, left = picture[20, 100].astype(int), picture[100, 20].astype(int)
     assert ahead[0] > ahead[2], "255 is red"
     assert left[2] > left[0], "0 is blue"

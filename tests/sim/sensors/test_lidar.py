@@ -8,7 +8,7 @@ from navtool.base.setting_error import SettingError
 from navtool.configs.schema import config_folder
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import apply_transform, transform_from_xyz_rpy
-from navtool.sim.sensors.lidar import AIR, Lidar, Scan
+from navtool.sim.sensors.lidar import AIR, Cloud, Lidar
 from navtool.sim.sensors.lidar_config import LidarConfig, Returns
 from navtool.sim.world.mesh import TriangleMesh, make_mesh
 from navtool.sim.world.place import make_world
@@ -25,17 +25,17 @@ EXACT = LidarConfig(range_noise_m=0.0, range_step_m=1e-5)
 HEIGHT_M = 0.7
 
 
-def scan(
+def measured(
     scene: RayScene, poses: Array, config: LidarConfig = EXACT, seed: int = 0, weather: WeatherConfig | None = None
-) -> Scan:
-    return Lidar(config, weather).scan(scene, poses, np.random.default_rng(seed))
+) -> Cloud:
+    return Lidar(config, weather).measure(scene, poses, np.random.default_rng(seed))
 
 
-def ranges(cloud: Scan) -> Array:
+def ranges(cloud: Cloud) -> Array:
     return np.asarray(np.linalg.norm(cloud.xyz.astype(np.float64), axis=1))
 
 
-def azimuth(cloud: Scan) -> Array:
+def azimuth(cloud: Cloud) -> Array:
     return np.asarray(np.arctan2(cloud.xyz[:, 1], cloud.xyz[:, 0]))
 
 
@@ -51,7 +51,7 @@ def test_the_vlp_16_has_its_rate_and_timing() -> None:
 def test_level_ground_lies_at_the_analytic_range_of_each_ring(
     ground: TriangleMesh, scene_of: SceneOf, standing: Standing
 ) -> None:
-    cloud = scan(scene_of(ground), standing(HEIGHT_M, EXACT.columns))
+    cloud = measured(scene_of(ground), standing(HEIGHT_M, EXACT.columns))
     for ring, elevation in enumerate(EXACT.elevation_rad):
         found = ranges(cloud)[cloud.ring == ring]
         if elevation > 0:
@@ -62,7 +62,7 @@ def test_level_ground_lies_at_the_analytic_range_of_each_ring(
 
 
 def test_a_wall_lies_in_its_plane(wall_at: Wall, scene_of: SceneOf, standing: Standing) -> None:
-    cloud = scan(scene_of(wall_at(7.0)), standing(HEIGHT_M, EXACT.columns))
+    cloud = measured(scene_of(wall_at(7.0)), standing(HEIGHT_M, EXACT.columns))
     wide = np.abs(azimuth(cloud)) < 1.2
     assert cloud.xyz[wide][:, 0] == pytest.approx(np.full(wide.sum(), 7.0), abs=4e-4)
 
@@ -71,7 +71,7 @@ def test_a_sphere_is_met_where_its_equation_says(scene_of: SceneOf, standing: St
     centre, radius = np.array([5.0, 0.5, HEIGHT_M]), 0.8
     vertices, triangles = sphere_points(5)
     sphere = make_mesh(vertices * radius + centre, triangles, surface_number("rock"))
-    cloud = scan(scene_of(sphere), standing(HEIGHT_M, EXACT.columns))
+    cloud = measured(scene_of(sphere), standing(HEIGHT_M, EXACT.columns))
     assert len(cloud.xyz) > 300
     towards = cloud.xyz / ranges(cloud)[:, None]
     offset = centre - [0, 0, HEIGHT_M]
@@ -84,7 +84,7 @@ def test_a_sphere_is_met_where_its_equation_says(scene_of: SceneOf, standing: St
 
 def test_range_noise_has_its_deviation(wall_at: Wall, scene_of: SceneOf, standing: Standing) -> None:
     config = LidarConfig()
-    cloud = scan(scene_of(wall_at(4.0)), standing(HEIGHT_M, config.columns), config)
+    cloud = measured(scene_of(wall_at(4.0)), standing(HEIGHT_M, config.columns), config)
     ahead = np.abs(azimuth(cloud)) < 0.6
     direction = cloud.xyz / ranges(cloud)[:, None]
     error = ranges(cloud) - 4.0 / direction[:, 0]
@@ -98,7 +98,7 @@ def test_range_noise_has_its_deviation(wall_at: Wall, scene_of: SceneOf, standin
 def test_the_sensor_is_blind_below_half_a_metre(
     distance: float, seen: bool, wall_at: Wall, scene_of: SceneOf, standing: Standing
 ) -> None:
-    cloud = scan(scene_of(wall_at(distance)), standing(HEIGHT_M, EXACT.columns))
+    cloud = measured(scene_of(wall_at(distance)), standing(HEIGHT_M, EXACT.columns))
     assert (ranges(cloud) >= EXACT.min_range_m - 1e-3).all()
     assert bool((np.abs(azimuth(cloud)) < 0.1).any()) is seen
 
@@ -106,7 +106,7 @@ def test_the_sensor_is_blind_below_half_a_metre(
 def test_intensity_follows_incidence_and_reflectivity(wall_at: Wall, scene_of: SceneOf, standing: Standing) -> None:
     config = replace(EXACT, full_scale=1.0)
     for name in ("concrete", "plaster", "asphalt"):
-        cloud = scan(scene_of(wall_at(4.0, name)), standing(HEIGHT_M, config.columns), config)
+        cloud = measured(scene_of(wall_at(4.0, name)), standing(HEIGHT_M, config.columns), config)
         cosine = (4.0 / ranges(cloud)).astype(np.float32)
         surface = SURFACES[surface_number(name)]
         same = np.ones_like(cosine)
@@ -127,14 +127,14 @@ def test_a_surface_is_seen_as_far_as_its_light_carries(
     share = returned_share(one, one * np.float32(surface.reflectivity), one * np.float32(surface.roughness_rad))[0]
     reach = EXACT.ten_percent_range_m * float(np.sqrt(share / 0.1))
     for distance, seen in ((0.97 * reach, True), (1.03 * reach, False)):
-        cloud = scan(scene_of(wall_at(distance, name)), standing(HEIGHT_M, EXACT.columns))
+        cloud = measured(scene_of(wall_at(distance, name)), standing(HEIGHT_M, EXACT.columns))
         assert bool((np.abs(azimuth(cloud)) < 0.05).any()) is seen, distance
 
 
 def test_dual_return_sees_both_sides_of_an_edge(wall_at: Wall, scene_of: SceneOf, standing: Standing) -> None:
     scene = scene_of(wall_at(6.0, y=(1.0, 300.0)), wall_at(14.0))
     config = replace(EXACT, returns=Returns.dual)
-    cloud = scan(scene, standing(HEIGHT_M, config.columns), config)
+    cloud = measured(scene, standing(HEIGHT_M, config.columns), config)
     edge = np.abs(cloud.xyz[:, 1] / cloud.xyz[:, 0] - 1 / 6) < 0.004
     ahead = edge & (cloud.xyz[:, 0] > 0)
     times, uses = np.unique(cloud.time_s[ahead], return_counts=True)
@@ -144,8 +144,8 @@ def test_dual_return_sees_both_sides_of_an_edge(wall_at: Wall, scene_of: SceneOf
         assert sorted(np.round(cloud.xyz[ahead & (cloud.time_s == time)][:, 0])) == [6.0, 14.0]
         split = cloud.intensity[ahead & (cloud.time_s == time)]
         assert split.sum() < 1.2 * 255
-    single = scan(scene, standing(HEIGHT_M, EXACT.columns))
-    last = scan(scene, standing(HEIGHT_M, EXACT.columns), replace(EXACT, returns=Returns.last))
+    single = measured(scene, standing(HEIGHT_M, EXACT.columns))
+    last = measured(scene, standing(HEIGHT_M, EXACT.columns), replace(EXACT, returns=Returns.last))
     assert len(single.xyz) == len(last.xyz) == len(cloud.xyz) - len(twice)
     assert ranges(last).sum() > ranges(single).sum()
 
@@ -155,7 +155,7 @@ def test_glass_returns_weakly_near_normal_incidence_and_lets_the_beam_through(
 ) -> None:
     config = replace(EXACT, returns=Returns.dual)
     scene = scene_of(wall_at(3.0, "glass"), wall_at(7.0, "concrete"))
-    cloud = scan(scene, standing(HEIGHT_M, config.columns), config)
+    cloud = measured(scene, standing(HEIGHT_M, config.columns), config)
     glass = cloud.surface == surface_number("glass")
     assert glass.sum() > 50
     angle = np.arccos(3.0 / ranges(cloud)[glass])
@@ -167,14 +167,16 @@ def test_glass_returns_weakly_near_normal_incidence_and_lets_the_beam_through(
     assert beyond[:, 0] == pytest.approx(np.full(len(beyond), 7.0), abs=1e-3)
     oblique = np.abs(azimuth(cloud)) > np.radians(20)
     assert not (glass & oblique).any()
-    bare = scan(scene_of(wall_at(7.0, "concrete")), standing(HEIGHT_M, config.columns), replace(config, full_scale=1.0))
-    paned = scan(scene, standing(HEIGHT_M, config.columns), replace(config, full_scale=1.0))
+    bare = measured(
+        scene_of(wall_at(7.0, "concrete")), standing(HEIGHT_M, config.columns), replace(config, full_scale=1.0)
+    )
+    paned = measured(scene, standing(HEIGHT_M, config.columns), replace(config, full_scale=1.0))
     share = paned.intensity[paned.surface == surface_number("concrete")].mean() / bare.intensity.mean()
     assert share == pytest.approx(SURFACES[surface_number("glass")].transmittance ** 2, abs=0.06)
 
 
 def test_points_come_in_the_order_of_firing(ground: TriangleMesh, scene_of: SceneOf, standing: Standing) -> None:
-    cloud = scan(scene_of(ground), standing(HEIGHT_M, EXACT.columns))
+    cloud = measured(scene_of(ground), standing(HEIGHT_M, EXACT.columns))
     assert (np.diff(cloud.time_s.astype(np.float64)) > -1e-9).all()
     assert cloud.time_s.max() <= 0
     assert cloud.time_s.min() > -0.1
@@ -189,7 +191,7 @@ def test_a_moving_sensor_bends_its_cloud_as_the_times_say(wall_at: Wall, scene_o
     moments = EXACT.column_time_s()
     xyz = np.stack([1.5 * moments, 0 * moments, np.full_like(moments, HEIGHT_M)], axis=-1)
     poses = transform_from_xyz_rpy(xyz, np.stack([0 * moments, 0 * moments, 0.8 * moments], axis=-1))
-    cloud = scan(scene_of(wall_at(6.0)), poses)
+    cloud = measured(scene_of(wall_at(6.0)), poses)
     ahead = np.abs(azimuth(cloud)) < 0.5
     column = np.searchsorted(moments, cloud.time_s[ahead].astype(np.float64) + 1e-6) - 1
     world = apply_transform(poses[column], cloud.xyz[ahead][:, None, :].astype(np.float64))[:, 0]
@@ -199,7 +201,7 @@ def test_a_moving_sensor_bends_its_cloud_as_the_times_say(wall_at: Wall, scene_o
 
 def test_rain_takes_far_points_and_adds_near_ones(ground: TriangleMesh, scene_of: SceneOf, standing: Standing) -> None:
     scene, poses = scene_of(ground), standing(HEIGHT_M, EXACT.columns)
-    clouds = [scan(scene, poses, weather=WeatherConfig(rain_mmph=rate)) for rate in (0.0, 10.0, 80.0)]
+    clouds = [measured(scene, poses, weather=WeatherConfig(rain_mmph=rate)) for rate in (0.0, 10.0, 80.0)]
     drops = [int((cloud.surface == AIR).sum()) for cloud in clouds]
     strength = [float(cloud.intensity[cloud.ring == 3].mean()) for cloud in clouds]
     assert drops[0] == 0 < drops[1] < drops[2] < 0.2 * 16 * EXACT.columns
@@ -209,7 +211,7 @@ def test_rain_takes_far_points_and_adds_near_ones(ground: TriangleMesh, scene_of
 
 def test_dust_hides_what_is_behind_it(ground: TriangleMesh, scene_of: SceneOf, standing: Standing) -> None:
     scene, poses = scene_of(ground), standing(HEIGHT_M, EXACT.columns)
-    clouds = [scan(scene, poses, weather=WeatherConfig(dust_per_m=dust)) for dust in (0.0, 0.05, 0.3)]
+    clouds = [measured(scene, poses, weather=WeatherConfig(dust_per_m=dust)) for dust in (0.0, 0.05, 0.3)]
     solid = [int((cloud.surface != AIR).sum()) for cloud in clouds]
     assert solid[0] > solid[1] > solid[2]
     assert (clouds[2].surface == AIR).sum() > (clouds[1].surface == AIR).sum() > 100
@@ -218,7 +220,7 @@ def test_dust_hides_what_is_behind_it(ground: TriangleMesh, scene_of: SceneOf, s
 def test_equal_generators_give_equal_clouds(ground: TriangleMesh, scene_of: SceneOf, standing: Standing) -> None:
     poses = standing(HEIGHT_M, EXACT.columns)
     weather = WeatherConfig(rain_mmph=10.0)
-    one, two, other = (scan(scene_of(ground), poses, LidarConfig(), seed, weather) for seed in (3, 3, 4))
+    one, two, other = (measured(scene_of(ground), poses, LidarConfig(), seed, weather) for seed in (3, 3, 4))
     assert all(a.tobytes() == b.tobytes() for a, b in zip(one, two, strict=True))
     assert one.xyz.tobytes() != other.xyz.tobytes()
 
@@ -236,7 +238,7 @@ def clouds_of_places() -> Array:
                 continue
             poses = np.tile(np.eye(4), (config.columns, 1, 1))
             poses[:, :3, 3] = x, y, world.ground.height_at(np.array([x]), np.array([y]))[0] + 0.8
-            cloud = lidar.scan(scene, poses, np.random.default_rng(0))
+            cloud = lidar.measure(scene, poses, np.random.default_rng(0))
             assert np.isfinite(cloud.xyz).all()
             assert np.isfinite(cloud.intensity).all()
             found.append(np.stack([ranges(cloud), cloud.intensity, cloud.surface]))
