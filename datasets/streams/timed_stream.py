@@ -1,4 +1,4 @@
-"""A small stream in the order of time, and the motion that an odometry tells."""
+"""A small stream in the order of time, and the robot's motion by its odometry."""
 
 from dataclasses import dataclass
 

@@ -37,7 +37,7 @@ class CellScores:
         Args:
             sweep: What the classes were made of.
             classes: A `CellClass` for each cell.
-            observed: The cells that the sweep tells of.
+            observed: The cells that the sweep shows.
             grid: Of the cells.
         """
         truth = self._known.classes_around(sweep, self._base_lidar, grid)

@@ -18,7 +18,7 @@ _PIECE = 512
 
 
 class Goal(Beside[float]):
-    """The direction of the goal at a tick, in the axes of the base, in rad; 0, straight on, where nothing tells it.
+    """The direction of the goal at a tick, in the axes of the base, in rad; 0, straight on, where it is not known.
 
     Args:
         config: Which goal.
@@ -39,7 +39,7 @@ class Goal(Beside[float]):
 def goal_direction(
     motion: Motion | None, stamp_ns: int, odom_sensor: Float64[Array, "3"] | None, config: GoalConfig
 ) -> float:
-    """The direction of the goal in the frame of the map, in rad; 0, straight on, where nothing tells it.
+    """The direction of the goal in the frame of the map, in rad; 0, straight on, where it is not known.
 
     The goal is the first place later on the robot's way that is ``ahead_m`` away from where it is now; where the way
     ends sooner, its last place; within half a metre of that, straight on.

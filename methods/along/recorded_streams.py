@@ -100,7 +100,7 @@ def _odometry(
 
 
 def _frame_of(recording: Recording, topic: str) -> str | None:
-    """The frame of the poses on a topic, by the first message that can be read; None where none tells it."""
+    """The frame of the poses on a topic, by the first message that can be read; None where none has one."""
     for raw in recording.messages([topic]):
         try:
             sample = recording.decode(raw)

@@ -14,7 +14,7 @@ from navtool.methods.along.odometry_table import OdometryTable
 from navtool.pipeline.arrays import Array
 
 _FOOTPRINT = "tf_static: "
-"""How a height above the ground that the recording itself tells is called in a calibration's sources."""
+"""How a calibration's sources call a height above the ground that comes from the recording itself."""
 
 
 class Cloud(NamedTuple):
@@ -60,12 +60,12 @@ class Streams(ABC):
 
     @property
     def base_lidar(self) -> Float64[Array, "4 4"]:
-        """The pose of the LiDAR in the base frame; as if it were the base where nothing tells it."""
+        """The pose of the LiDAR in the base frame; that of the base where it is not known."""
         return np.eye(4) if self.calibration.base_lidar is None else self.calibration.base_lidar
 
     @property
     def lidar_height_m(self) -> float | None:
-        """Height of the LiDAR above the ground, where the recording or the robot's preset tells it; else None."""
+        """Height of the LiDAR above the ground, where the recording or the robot's preset has it; else None."""
         base_lidar, height = self.calibration.base_lidar, self.calibration.base_height_m
         known = height > 0 or self.calibration.sources.get("base_height_m", "").startswith(_FOOTPRINT)
         if base_lidar is None or not known:

@@ -15,7 +15,7 @@ class SensorHeight(StrEnum):
     """Whose word on the height of the sensor counts."""
 
     calibration = "calibration"
-    """The recording's transforms or the robot's preset; ``map.layers.sensor_height_m`` where they do not tell."""
+    """The recording's transforms or the robot's preset; ``map.layers.sensor_height_m`` where they have none."""
     setting = "setting"
     """``map.layers.sensor_height_m``."""
 

@@ -1,4 +1,4 @@
-"""What fitting a threshold tells: what was chosen, what else was tried, on what."""
+"""What fitting a threshold reports: what was chosen, what else was tried, on what."""
 
 from dataclasses import dataclass, field
 

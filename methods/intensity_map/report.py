@@ -1,4 +1,4 @@
-"""What a run of intensity maps tells: counts, times, notes."""
+"""What a run of intensity maps reports: counts, times, notes."""
 
 from dataclasses import dataclass, field
 

@@ -136,7 +136,7 @@ class IntensityThreshold(Method[Sweep, None, FitReport]):
 
 
 class _Ground:
-    """The height of the sensor above the ground, measured in the first sweeps where nothing else tells it."""
+    """The height of the sensor above the ground, measured in the first sweeps where it is not known otherwise."""
 
     def __init__(self, known_m: float | None, config: SensorMapConfig) -> None:
         self._layers: LayerConfig = config.map.layers
