@@ -48,8 +48,7 @@ class EmbreeTree:
     """
 
     def __init__(self, vertices: Float32[Array, "v 3"], triangles: Int32[Array, "t 3"]) -> None:
-        library = _library()
-        device = library.rtcNewDevice(b"threads=1")
+        library, device = _library(), _device()
         self._scene: int = library.rtcNewScene(device)
         geometry = library.rtcNewGeometry(device, _TRIANGLES)
         points = library.rtcSetNewGeometryBuffer(geometry, _VERTEX_BUFFER, 0, _FLOAT3, 16, len(vertices))
@@ -62,7 +61,7 @@ class EmbreeTree:
         library.rtcAttachGeometry(self._scene, geometry)
         library.rtcReleaseGeometry(geometry)
         library.rtcCommitScene(self._scene)
-        weakref.finalize(self, _release, library, self._scene, device)
+        weakref.finalize(self, library.rtcReleaseScene, self._scene)
         self._rays, self._shadow_rays = _packets(_FIELDS), _packets(_RAY_FIELDS)
         self._active = _aligned((_WIDTH,), np.int32)
         self._active[:] = -1
@@ -163,9 +162,14 @@ def _memory(address: int, shape: tuple[int, int], kind: type[np.float32 | np.int
     return np.frombuffer((ctypes.c_char * size).from_address(address), kind).reshape(shape)
 
 
-def _release(library: ctypes.CDLL, scene: int, device: int) -> None:
-    library.rtcReleaseScene(scene)
-    library.rtcReleaseDevice(device)
+@lru_cache(maxsize=1)
+def _device() -> int:
+    """The one device of the process.
+
+    With a second one, even after the first was released, a thread of Embree's begins to wait for work without rest: it
+    takes a whole core from then on.
+    """
+    return int(_library().rtcNewDevice(b"threads=1"))
 
 
 @lru_cache(maxsize=1)
@@ -195,7 +199,6 @@ def _library() -> ctypes.CDLL:
         "rtcReleaseGeometry": (None, pointer),
         "rtcCommitScene": (None, pointer),
         "rtcReleaseScene": (None, pointer),
-        "rtcReleaseDevice": (None, pointer),
         "rtcGetDeviceError": (number, pointer),
         "rtcIntersect16": (None, pointer, pointer, pointer, pointer),
         "rtcOccluded16": (None, pointer, pointer, pointer, pointer),

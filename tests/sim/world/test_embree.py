@@ -1,3 +1,5 @@
+import time
+
 import numpy as np
 import pytest
 from embreex.mesh_construction import TriangleMesh as OneRayMesh
@@ -47,3 +49,14 @@ def test_equal_rays_get_equal_answers_whatever_was_asked_before() -> None:
     tree.first_met(*rays(5000, spread=2.0))
     again = tree.first_met(*rays(100, spread=1.0))
     assert all(a.tobytes() == b.tobytes() for a, b in zip(first, again, strict=True))
+
+
+def test_trees_that_are_not_asked_take_no_time() -> None:
+    """A second device of Embree's would keep a core busy."""
+    kept = [EmbreeTree(*soup(2000)) for _ in range(2)]
+    EmbreeTree(*soup(10))
+    kept.append(EmbreeTree(*soup(10)))
+    before_s = time.process_time()
+    time.sleep(0.3)
+    assert time.process_time() - before_s < 0.1
+    assert len(kept) == 3
