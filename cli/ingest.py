@@ -37,6 +37,7 @@ def ingest(
     from navtool.cli.progress import WorkProgress
     from navtool.cli.robots import ingest_job
     from navtool.datasets.ingest.ingest import ingest as run
+    from navtool.datasets.ingest.settings import refuse_other_sensors
     from navtool.datasets.store.writer import data_set_folder
 
     paths, overrides = split_overrides(arguments or [])
@@ -49,6 +50,7 @@ def ingest(
     if out is None:
         raise UsageError("no data set was named", where="ingest", cure="pass --out FOLDER")
     with wrong_call():
+        refuse_other_sensors(job.robot, job.config())
         data_set_folder(out).refuse_other()
     recordings = _recordings(paths)
     with WorkProgress("recordings") as progress:

@@ -34,7 +34,7 @@ def inspect(
     """
     from navtool.cli.arguments import local_path, require_folder_for
     from navtool.cli.compose import UsageError
-    from navtool.cli.console import console, print_json
+    from navtool.cli.console import console, print_json, print_notes
     from navtool.cli.robots import find_robot
     from navtool.datasets.inspect.inspection import inspect_recording, robot_from
     from navtool.datasets.robot.config import save_robot_file
@@ -53,6 +53,8 @@ def inspect(
         print_json(inspection.to_json())
         return
     print_inspection(inspection)
+    if inspection.topic_map.further and write_robot is None:
+        print_notes([f"{_FURTHER}: {', '.join(inspection.topic_map.further)}"])
     if report is not None:
         console().print(f"report: {report}", markup=False)
     if write_robot is not None:
@@ -97,5 +99,3 @@ def print_inspection(inspection: "Inspection") -> None:
         print_table("Not used", ("topic", "reason"), ((topic.name, topic.reason) for topic in unused))
     print_notes(f"damaged: {fault}" for fault in inspection.faults)
     print_notes(inspection.topic_map.notes)
-    if inspection.topic_map.further:
-        print_notes([f"{_FURTHER}: {', '.join(inspection.topic_map.further)}"])

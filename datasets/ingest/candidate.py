@@ -102,8 +102,7 @@ class Candidate:
         if isinstance(planned, Known):
             return Kept(planned.sha256)
         plan = planned.plan
-        if self.fixed is not None:
-            refuse_other_contents(self.fixed, plan.found, allow_missing=self._job.allow_missing)
+        refuse_other_contents(plan.contents, plan.found, allow_missing=self._job.allow_missing)
         if self._job.dry_run:
             return Ready(planned, None)
         segments = cut_segments(plan)

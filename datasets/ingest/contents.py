@@ -1,6 +1,9 @@
 """What a recording has, against what its data set has."""
 
+from dataclasses import replace
+
 from navtool.base.errors import DatasetsError
+from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.store.schema import Contents
 from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.table import of_kind, sensor_of
@@ -21,8 +24,13 @@ def contents_of(found: FirstPass) -> Contents:
     )
 
 
+def contents_to_be(found: Contents, robot: RobotConfig) -> Contents:
+    """The contents of a data set whose first recording this is: further sensors are those that the robot file names."""
+    return replace(found, cameras=tuple(robot.cameras), lidars=tuple(robot.lidars))
+
+
 def refuse_other_contents(fixed: Contents, found: Contents, *, allow_missing: bool) -> None:
-    """A recording must have every stream that the data set has.
+    """A recording must have every stream that the data set has, and the first one every sensor of the robot file.
 
     Raises:
         DatasetsError: It lacks some, and that is not allowed.
@@ -30,7 +38,7 @@ def refuse_other_contents(fixed: Contents, found: Contents, *, allow_missing: bo
     missing = [name for name in _streams_of(fixed) if name not in _streams_of(found)]
     if missing and not allow_missing:
         raise DatasetsError(
-            f"lacks {', '.join(missing)}, which the data set has",
+            f"lacks {', '.join(missing)}, which the data set has or is to have",
             cure="pass --allow-missing to take it with these marked as not valid, or use another folder",
         )
 

@@ -14,12 +14,13 @@ def dropped_messages(
 ) -> dict[str, int]:
     """Counts of messages that reach no row, by reason; the native streams and clouds keep them all the same."""
     counts: dict[str, int] = {}
+    first_ns, last_ns = int(grid.ticks_ns[0]), int(grid.ticks_ns[-1])
     for name, stream in large.items():
         if name in contents.large:
-            inside = [n for n, stamp in stream.stamps_ns.items() if grid.ticks_ns[0] <= stamp <= grid.ticks_ns[-1]]
-            counts[f"{name}: outside the grid"] = len(stream.stamps_ns) - len(inside)
-            unserving = sum(n not in stream.episode_ticks for n in inside)
-            counts[f"{name}: another message is nearer to the tick"] = unserving
+            unserving = [stamp for n, stamp in stream.stamps_ns.items() if n not in stream.episode_ticks]
+            inside = sum(first_ns <= stamp <= last_ns for stamp in unserving)
+            counts[f"{name}: outside the grid"] = len(unserving) - inside
+            counts[f"{name}: another message is nearer to the tick"] = inside
     for name, time in grid.times.items():
         counts[f"{name}: stamp repeated"] = time.repeated
         counts[f"{name}: no stamp"] = time.unstamped

@@ -9,7 +9,7 @@ from jaxtyping import Int64
 from navtool.base.note import Note
 from navtool.datasets.ingest.columns import small_columns
 from navtool.datasets.ingest.config import IngestConfig
-from navtool.datasets.ingest.contents import contents_of
+from navtool.datasets.ingest.contents import contents_of, contents_to_be
 from navtool.datasets.ingest.dropped import dropped_messages
 from navtool.datasets.ingest.grid import lay_grid, usable_topics
 from navtool.datasets.ingest.large_stream import LargeStream, large_streams, served_columns
@@ -90,7 +90,7 @@ def plan_episode(
     found = first_pass(recording, topics, joint_names, robot.joy, on_reached)
     clocks = Clocks.of(found, config.sync)
     grid = lay_grid(recording, topics, clocks, config.fps)
-    contents = fixed or contents_of(found)
+    contents = fixed or contents_to_be(contents_of(found), robot)
     calibration, changed = _calibration(robot, found)
     small = small_streams(found, grid.times, calibration, robot)
     discharge = discharge_sign(robot.battery_current_sign, small.get("battery"))

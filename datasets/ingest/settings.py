@@ -1,6 +1,6 @@
 """Settings that all episodes of a data set share, and those that set two ingests of one recording apart."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from navtool.base.errors import DatasetsError
 from navtool.base.lineage import config_hash
@@ -32,12 +32,20 @@ def refuse_other_settings(store: Store, config: IngestConfig) -> None:
         raise DatasetsError(
             "; ".join(f"the data set has {_setting(there, key)}, asked for {_value(asked, key)}" for key in other),
             where=store.layout.root,
-            cure=f"use {' '.join(_setting(there, key) for key in other)}, or ingest into another folder",
+            cure=f"{_cure(there, other)}, or ingest into another folder",
         )
 
 
 def _setting(settings: Mapping[str, object], key: str) -> str:
     return f"{key}={settings[key]}" if key in settings else f"no {key}"
+
+
+def _cure(there: Mapping[str, object], other: Sequence[str]) -> str:
+    use = " ".join(f"{key}={there[key]}" for key in other if key in there)
+    without = " ".join(key for key in other if key not in there)
+    return " and ".join(
+        part for part in (f"use {use}" if use else "", f"leave out {without}" if without else "") if part
+    )
 
 
 def _value(settings: Mapping[str, object], key: str) -> object:

@@ -63,7 +63,6 @@ def test_values_are_those_of_the_drive(write_recording: Write, drive_entries: Dr
     assert report.dropped == {
         "image: another message is nearer to the tick": 14,
         "image: outside the grid": 1,
-        "lidar: outside the grid": 1,
     }
     assert check_dataset(out).passed
 

@@ -187,6 +187,11 @@ def test_a_recording_without_them_is_refused_or_taken_as_not_valid(
     lacking = write_recording("mcap", drive_entries(seed=1), name="lacking")
     (refused,) = ingested([lacking], tmp_path / "out", robot=ROBOT).quarantined
     assert "lacks image.rear, lidar.rear, which the data set has" in refused.reason
+    (refused,) = ingested([lacking], tmp_path / "new", robot=ROBOT).quarantined
+    assert "lacks image.rear, lidar.rear" in refused.reason, "the first recording lacks what the robot file names"
+    ingested([lacking], tmp_path / "new", robot=ROBOT, allow_missing=True)
+    assert NavDataset(tmp_path / "new").features == NavDataset(both).features
+    assert not NavDataset(tmp_path / "new").column("valid.image.rear").any()
     (taken,) = ingested([lacking], tmp_path / "out", robot=ROBOT, allow_missing=True).episodes
     assert noted(taken.notes, "topics.none-of-them")[0].startswith("image.rear: ")
     dataset = NavDataset(tmp_path / "out")
