@@ -1,4 +1,6 @@
 import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -52,11 +54,16 @@ def test_equal_rays_get_equal_answers_whatever_was_asked_before() -> None:
 
 
 def test_trees_that_are_not_asked_take_no_time() -> None:
-    """A second device of Embree's would keep a core busy."""
+    """A second device of Embree's would keep a core busy; in a process of its own, since tests make some of theirs."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        assert pool.submit(idle_s).result(timeout=60) < 0.1
+
+
+def idle_s() -> float:
+    """Processor time of 0.3 s of sleep beside several trees, one of which was dropped meanwhile."""
     kept = [EmbreeTree(*soup(2000)) for _ in range(2)]
     EmbreeTree(*soup(10))
     kept.append(EmbreeTree(*soup(10)))
     before_s = time.process_time()
     time.sleep(0.3)
-    assert time.process_time() - before_s < 0.1
-    assert len(kept) == 3
+    return time.process_time() - before_s
