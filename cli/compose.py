@@ -46,20 +46,22 @@ def compose[T](config: str, overrides: Sequence[str], result: type[T]) -> T:
         raise UsageError(f"{', '.join(added)}: there is no such setting to add", cure=_CURE)
     if stray := [override for override in overrides if "=" not in override and not override.startswith("~")]:
         raise UsageError(f"{', '.join(stray)}: not of the form KEY=VALUE", cure=_CURE_STRAY)
-    written = {_by_name(override): override for override in overrides}
+    merged = [_by_name(override) for override in overrides]
     register(config)
     GlobalHydra.instance().clear()
     try:
         with usage_errors(), initialize_config_dir(str(config_folder()), version_base="1.3"):
-            return to_typed(hydra_compose(config, list(written)), result)
+            return to_typed(hydra_compose(config, merged), result)
     except ChoiceError as error:
         # A type's values are not all for every setting of that type: each is tried.
         others = [override for override in overrides if override.partition("=")[0].lstrip("+") != error.key]
         fit = [choice for choice in error.choices if _fits(config, [*others, f"{error.key}={choice}"], result)]
         raise ChoiceError(error.key, error.value, fit or error.choices) from error
     except UsageError as error:
-        merged, typed = next(((new, old) for new, old in written.items() if new in error.what), ("", ""))
-        raise UsageError(error.what.replace(merged, typed), where=error.where, cure=error.cure) from error
+        what = error.what
+        for new, typed in zip(merged, overrides, strict=True):
+            what = what.replace(new, typed)
+        raise UsageError(what, where=error.where, cure=error.cure) from error
 
 
 def _by_name(override: str) -> str:

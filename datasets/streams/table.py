@@ -205,7 +205,6 @@ _ROWS = (
 
 STREAMS: dict[str, Stream] = {row.name: row for row in _ROWS}
 """The rows by name, in the order in which topics, settings and reports list them."""
-LARGE = tuple(row.name for row in _ROWS if row.kind is Kind.large)
 SMALL = tuple(row.name for row in _ROWS if row.kind is Kind.small)
 GRIDDED = tuple(row.name for row in _ROWS if row.sync is not None)
 POSED = tuple(sorted((row.name for row in _ROWS if row.pose), key=lambda name: bool(STREAMS[name].column)))

@@ -3,7 +3,7 @@
 import pytest
 
 from navtool.base.setting_error import SettingError
-from navtool.cli.compose import compose
+from navtool.cli.compose import UsageError, compose
 from navtool.configs.ingest_job import IngestJob
 from navtool.configs.train_job import TrainJob
 from navtool.sim.record.config import SimulationConfig
@@ -52,3 +52,9 @@ def test_settings_below_a_name_that_the_user_chose_are_merged() -> None:
     rear_sync, left_sync = job.sync.cameras["rear"], job.sync.cameras["left"]
     assert (rear_sync.tolerance_s, str(rear_sync.method), str(rear_sync.clock)) == (0.2, "hold", "auto")
     assert (left_sync.tolerance_s, str(left_sync.method), str(left_sync.clock)) == (0.06, "nearest", "record")
+
+
+def test_the_last_of_repeated_overrides_counts_and_faults_read_as_typed() -> None:
+    assert compose("ingest", ["fps=5", "fps=7", "fps=5"], IngestJob).fps == 5
+    with pytest.raises(UsageError, match=r"sync\.cameras\.rear\.tolerance=1 .*Key 'tolerance'"):
+        compose("ingest", ["sync.cameras.rear.tolerance=1"], IngestJob)
