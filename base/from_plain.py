@@ -8,6 +8,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
+from navtool.base.note import Note
 from navtool.base.setting_error import Fault, SettingError, dotted
 
 
@@ -100,6 +101,8 @@ class _Reader:
         if origin in (list, tuple, dict, Mapping):
             wanted = "a list" if origin in (list, tuple) else "keys and values"
             return self._refuse(path, f"wanted {wanted}, got {_kind(value)}")
+        if hint is Note and isinstance(value, str):
+            return Note.read_back(value)
         if not isinstance(hint, type):
             raise TypeError(f"{path}: fields of type {hint} are not supported")
         return self.dataclass(hint, value, path) if dataclasses.is_dataclass(hint) else self._scalar(hint, value, path)

@@ -18,7 +18,6 @@ from navtool.datasets.ingest.plan_notes import (
     geometry_notes,
     gravity_notes,
     stream_faults,
-    unreadable_notes,
 )
 from navtool.datasets.ingest.sync_report import sync_report, time_notes
 from navtool.datasets.recording import Recording
@@ -32,6 +31,7 @@ from navtool.datasets.store.sidecar import write_streams
 from navtool.datasets.streams.battery_sign import discharge_sign
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.first_pass import FirstPass, first_pass
+from navtool.datasets.streams.found_notes import unreadable_notes
 from navtool.datasets.streams.motion import Motion
 from navtool.datasets.streams.odometry_heading import heading_notes
 from navtool.datasets.streams.small_streams import small_streams

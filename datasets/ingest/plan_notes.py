@@ -7,6 +7,7 @@ from navtool.datasets.recording import Recording
 from navtool.datasets.robot.calibration import Calibration
 from navtool.datasets.robot.gravity import odd_gravity
 from navtool.datasets.streams.first_pass import FirstPass
+from navtool.datasets.streams.found_notes import recovered_notes, refused_notes
 from navtool.datasets.streams.table import of_kind, row_of, sensor_of
 from navtool.datasets.streams.timed_stream import TimedStream
 
@@ -14,7 +15,7 @@ from navtool.datasets.streams.timed_stream import TimedStream
 def stream_faults(recording: Recording, found: FirstPass) -> list[Note]:
     """Notes on what the recording's files and values are not."""
     return [
-        *(Note("recording.recovered", f"recovered: {fault}") for fault in recording.faults),
+        *recovered_notes(recording),
         *found.topics.notes,
         *(
             Note(
@@ -48,17 +49,6 @@ def gravity_notes(imu: TimedStream | None) -> list[Note]:
     return [Note("imu.gravity", f"imu: {odd}")] if odd else []
 
 
-def unreadable_notes(found: FirstPass) -> list[Note]:
-    """Notes on streams of which not one message can be decoded."""
-    return [
-        Note(
-            "stream.undecodable",
-            f"{name}: not one of {stream.undecodable} messages on {stream.topic} can be decoded: {stream.first_fault}",
-        )
-        for name, stream in found.unreadable.items()
-    ]
-
-
 def deskew_notes(small: Mapping[str, TimedStream], *, wanted: bool) -> list[Note]:
     """A note where clouds are to be compensated for a motion that was not recorded."""
     if not wanted or "odometry" in small:
@@ -68,7 +58,7 @@ def deskew_notes(small: Mapping[str, TimedStream], *, wanted: bool) -> list[Note
 
 
 def _calibration_notes(found: FirstPass, calibration: Calibration) -> list[Note]:
-    notes = [Note("topic.refused", f"{topic}: cannot be used: {fault}") for topic, fault in found.faults.items()]
+    notes = refused_notes(found)
     for stream in of_kind("image", found.streams):
         if calibration.camera_of(stream) is None:
             camera = f"camera.{sensor_of(stream)}" if sensor_of(stream) else "camera"

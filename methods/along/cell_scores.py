@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from jaxtyping import Bool, Float64, UInt8
 
+from navtool.base.note import Note
 from navtool.methods.along.place_truth import PlaceTruth
 from navtool.methods.along.sweeps import Sweep
 from navtool.pipeline.arrays import Array
@@ -47,11 +48,12 @@ class CellScores:
         self._met |= bool(truth.any())
         self._counts += compare(classes, truth, observed)
 
-    def notes(self) -> list[str]:
+    def notes(self) -> list[Note]:
         """What a user should look at."""
         if self._met:
             return []
-        return ["truth: none of the outlines lies within a map: look at their frame, and whether they are in metres"]
+        what = "none of the outlines lies within a map: look at their frame, and whether they are in metres"
+        return [Note("truth.out-of-sight", f"truth: {what}")]
 
     def scores(self) -> dict[str, ClassScore]:
         """By the names of `QUESTIONS`, with their tolerance of one cell."""

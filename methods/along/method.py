@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.methods.along.observation import Beside, Observation, Skip, Ticks
 from navtool.methods.along.place_truth import PlaceTruth
 from navtool.methods.along.report import Report
@@ -30,9 +31,9 @@ class Walked:
     """Ticks that could not be read, by reason."""
     skipped: Counter[str] = field(default_factory=Counter)
     """Ticks that the method skipped, by reason."""
-    notes: list[str] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
     """What a user should look at in the inputs."""
-    skip_notes: list[str] = field(default_factory=list)
+    skip_notes: list[Note] = field(default_factory=list)
     """What a user should look at in ticks that the method skipped: of each reason, the first one's."""
     written: dict[str, int] = field(default_factory=dict)
     """Results in each output."""

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
+from navtool.base.note import Note
 from navtool.methods.along.streams import Streams
 
 
@@ -13,7 +14,7 @@ class Skip(NamedTuple):
 
     reason: str
     """Counted by it, so without numbers of this one tick."""
-    note: str = ""
+    note: Note | None = None
     """What a user should look at; of each reason, the first one's is kept."""
 
 

@@ -5,6 +5,7 @@ from html import escape
 
 import yaml
 
+from navtool.base.note import Note
 from navtool.base.pages.html import html_figure, html_page, html_table
 from navtool.base.plain import plain
 from navtool.methods.along.pictures import Moment
@@ -13,9 +14,9 @@ from navtool.methods.along.report import TableReport
 _GRID = "display:grid;grid-template-columns:repeat(auto-fill,minmax(420px,1fr));gap:1rem"
 
 
-def note_parts(notes: Iterable[str]) -> list[str]:
+def note_parts(notes: Iterable[Note]) -> list[str]:
     """What a user should look at."""
-    return [f'<p class="bad">{escape(note)}</p>' for note in notes]
+    return [f'<p class="bad">{escape(note.text)}</p>' for note in notes]
 
 
 def video_part(name: str, width_px: int) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Int64
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.recording import RawMessage, Recording
 from navtool.datasets.recording.changed import changed_meanwhile
@@ -20,6 +21,7 @@ from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.config import SyncConfig
 from navtool.datasets.streams.first_pass import FirstPass, first_pass
+from navtool.datasets.streams.found_notes import recovered_notes, refused_notes, unreadable_notes
 from navtool.datasets.streams.odometry_heading import turned_odometry
 from navtool.datasets.streams.rows import ODOMETRY_COLUMNS
 from navtool.datasets.streams.timed_stream import TimedStream
@@ -58,7 +60,7 @@ class RecordedStreams(Streams):
         odometry = _odometry(found, times, calibration, robot)
         there = {name: stream.topic for name, stream in found.streams.items()}
         super().__init__(source_name(recording.path), there, calibration, odometry, odometry_gap_s)
-        self.notes = [*(f"recovered: {fault}" for fault in recording.faults), *map(str, topics.notes), *self.notes]
+        self.notes = [*recovered_notes(recording), *topics.notes, *self.notes]
         self.notes += _stream_notes(found)
         self._recording = recording
         if "odometry" in there:
@@ -143,14 +145,11 @@ def _missing(recording: Recording, topics: TopicMap, stream: str) -> DatasetsErr
     return DatasetsError(f"{what}; it has {listed or 'nothing'}", where=recording.path, cure=cure)
 
 
-def _stream_notes(found: FirstPass) -> list[str]:
+def _stream_notes(found: FirstPass) -> list[Note]:
     """What cannot be used of the streams and transforms."""
-    notes = [f"{topic}: cannot be used: {fault}" for topic, fault in found.faults.items()]
-    notes += [
-        f"{name}: not one of {stream.undecodable} messages on {stream.topic} can be decoded: {stream.first_fault}"
-        for name, stream in found.unreadable.items()
-    ]
+    notes = [*refused_notes(found), *unreadable_notes(found)]
     odometry = found.streams.get("odometry")
     if odometry is not None and odometry.undecodable:
-        notes.append(f"odometry: {odometry.undecodable} messages cannot be decoded: {odometry.first_fault}")
+        what = f"odometry: {odometry.undecodable} messages cannot be decoded: {odometry.first_fault}"
+        notes.append(Note("odometry.some-undecodable", what))
     return notes

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from navtool.base.note import Note
 from navtool.base.plain import plain_fields
 
 
@@ -40,5 +41,5 @@ class TableReport(Report):
     """Ticks without a result, by reason."""
     files: dict[str, int] = field(default_factory=dict)
     """Results in each output."""
-    notes: list[str] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
     """What a user should look at."""

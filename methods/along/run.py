@@ -112,8 +112,7 @@ class _Walk[T, R, P: Report]:
             method.end(streams, walked)
             beside.call(writers.finish)
         walked.written |= writers.written()
-        prefix = f"{streams.name}: " if method.several else ""
-        walked.notes += [f"{prefix}{note}" for note in streams.notes]
+        walked.notes += [note.about(streams.name) if method.several else note for note in streams.notes]
 
     def _known(self) -> PlaceTruth | None:
         """What is known to stand there."""
@@ -132,7 +131,7 @@ class _Walk[T, R, P: Report]:
             if not isinstance(reading, Skip):
                 yield Observation(stamp_ns, reading, streams)
                 continue
-            if reading.note and reading.reason not in self.walked.unread:
+            if reading.note is not None and reading.reason not in self.walked.unread:
                 streams.notes.append(reading.note)
             self.walked.unread[reading.reason] += 1
 
@@ -142,7 +141,7 @@ class _Walk[T, R, P: Report]:
         for observation in observed:
             result = self.method.step(observation)
             if isinstance(result, Skip):
-                if result.note and result.reason not in walked.skipped:
+                if result.note is not None and result.reason not in walked.skipped:
                     walked.skip_notes.append(result.note)
                 walked.skipped[result.reason] += 1
             elif result is not None:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float64, Int64
 
+from navtool.base.note import Note
 from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.robot.calibration import Calibration
 from navtool.datasets.store.whole_clouds import WholeCloud
@@ -52,11 +53,13 @@ class Streams(ABC):
         self.name, self.topics, self.calibration = name, topics, calibration
         self.odometry, self.odometry_frame = odometry, "odom"
         self.motion = None if odometry is None else odometry.motion(odometry_gap_s)
-        self.notes: list[str] = []
+        self.notes: list[Note] = []
         if "lidar" in topics and calibration.base_lidar is None:
-            self.notes.append("lidar: its pose on the robot is unknown: its axes are taken for the base frame's, level")
+            what = "lidar: its pose on the robot is unknown: its axes are taken for the base frame's, level"
+            self.notes.append(Note("lidar.taken-for-level", what))
         if "lidar" in topics and odometry is None:
-            self.notes.append("odometry: there is none: points stay as measured, and nothing is known of the way")
+            what = "odometry: there is none: points stay as measured, and nothing is known of the way"
+            self.notes.append(Note("odometry.none-to-walk-by", what))
 
     @property
     def base_lidar(self) -> Float64[Array, "4 4"]:

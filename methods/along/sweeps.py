@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.base.setting_checks import outside
 from navtool.base.setting_error import refuse
 from navtool.datasets.decode.messages import PointCloud
@@ -96,8 +97,8 @@ class Sweeps(Ticks[Sweep]):
         try:
             cloud = recorded.read()
         except DatasetsError as error:
-            note = f"{streams.topics['lidar']}: a cloud cannot be decoded: {error.what}"
-            return Skip("cannot be decoded", note)
+            what = f"{streams.topics['lidar']}: a cloud cannot be decoded: {error.what}"
+            return Skip("cannot be decoded", Note("cloud.undecodable", what))
         if cloud.intensity is None:
             return Skip("without intensities")
         not_finite = cloud.dropped_nonfinite if isinstance(cloud, PointCloud) else 0

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import ClassVar, NamedTuple, override
 
 from navtool.base.files import write_bytes
+from navtool.base.note import Note
 from navtool.methods.along.csv_file import CsvFile
 from navtool.methods.along.method import Method, Walked
 from navtool.methods.along.page import table_page
@@ -30,7 +31,7 @@ class TableMethod[T, R: NamedTuple](Method[T, R, TableReport]):
     def figures(self) -> dict[str, float]:
         """What all results came to, by name and unit."""
 
-    def notes(self) -> list[str]:
+    def notes(self) -> list[Note]:
         """What a user should look at in the results."""
         return []
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from navtool.base.note import Note
 from navtool.methods.along.report import Report
 from navtool.methods.intensity_map.fit_threshold import Candidate, ThresholdFit, ThresholdFitConfig
 
@@ -42,7 +43,7 @@ class FitReport(Report):
     """Above the ground, of each input."""
     skipped: dict[str, int] = field(default_factory=dict)
     """Clouds that were not looked at, by reason; those in between are not counted."""
-    notes: list[str] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
 
 
 def tried(fit: ThresholdFit) -> list[Tried]:
@@ -50,22 +51,22 @@ def tried(fit: ThresholdFit) -> list[Tried]:
     return [_tried(candidate) for candidate in fit.candidates]
 
 
-def doubts(fit: ThresholdFit, config: ThresholdFitConfig) -> list[str]:
+def doubts(fit: ThresholdFit, config: ThresholdFitConfig) -> list[Note]:
     """What speaks against a fit."""
     best = fit.best
     found = []
     if best.curve.area < _WEAK_AREA:
         area = f"the area under the curve is {best.curve.area:.2f}, where 0.5 is chance"
-        found.append(
-            f"{area}: intensities hardly tell solid from pliable, or the outlines lie elsewhere than the things"
-        )
+        what = f"{area}: intensities hardly tell solid from pliable, or the outlines lie elsewhere than the things"
+        found.append(Note("fit.weak", what))
     for name, chosen, values in (
         ("heights_m", best.height_m, config.heights_m),
         ("ground_margins_m", best.ground_margin_m, config.ground_margins_m),
     ):
         edge = {min(values): "least", max(values): "largest"}.get(chosen)
         if edge is not None and len(values) > 1:
-            found.append(f"of tried.{name}, the {edge} gains most ({chosen:g} m): try more")
+            what = f"of tried.{name}, the {edge} gains most ({chosen:g} m): try more"
+            found.append(Note("fit.at-an-end", what))
     return found
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.methods.along.cell_scores import CellScores
 from navtool.methods.along.goals import Goal
 from navtool.methods.along.method import Method, Walked
@@ -70,8 +71,8 @@ class IntensityMaps(Method[Sweep, MappedSweep, MapReport]):
         sweep = observation.reading
         fault = judged(sweep.intensity, self._config)
         if fault is not None:
-            note = f"intensities: a cloud at {sweep.stamp_ns} ns is left out: {fault}"
-            return Skip("intensities cannot be used", note)
+            what = f"intensities: a cloud at {sweep.stamp_ns} ns is left out: {fault}"
+            return Skip("intensities cannot be used", Note("intensities.unusable", what))
         mapped = self._mapper.map(sweep, observation[self._goal])
         self._tally.add(mapped)
         if self._scores is not None:
@@ -147,21 +148,23 @@ class _Mapper:
         self._number += 1
         return MappedSweep(self._number - 1, sweep, made, goal_rad, config)
 
-    def notes(self) -> list[str]:
+    def notes(self) -> list[Note]:
         """What a user should look at."""
         notes = []
         if self.height_from is SensorHeight.setting:
             height = f"map.layers.sensor_height_m = {self.config.layers.sensor_height_m:g} m"
-            notes.append(f"height of the sensor above the ground: {height}, as set")
+            notes.append(Note("height.as-set", f"height of the sensor above the ground: {height}, as set"))
         if self.planar:
-            notes.append(f"{self.planar} clouds lie in one level plane, which shows no ground: none is cut away there")
+            what = f"{self.planar} clouds lie in one level plane, which shows no ground: none is cut away there"
+            notes.append(Note("lidar.level-planes", what))
         if self.alone:
             left = "" if self._number == self.alone else f" for {self.alone} clouds"
             what = f"odometry does not tell the sensor's place{left}: each of these maps stands alone"
-            notes.append(f"{what}, glass counts where one cloud shows it, and the goal is straight on")
+            what = f"{what}, glass counts where one cloud shows it, and the goal is straight on"
+            notes.append(Note("odometry.no-place", what))
         if self.memory.jumps:
             jumps = f"odometry: {self.memory.jumps} jumps of more than {self.config.glass.jump_m:g} m or back in time"
-            notes.append(f"{jumps}; all glass known until then was forgotten")
+            notes.append(Note("odometry.jumps", f"{jumps}; all glass known until then was forgotten"))
         return notes
 
     @staticmethod
@@ -186,12 +189,13 @@ class _Tally:
         self.cells += cells
         self.maps_with += cells > 0
 
-    def notes(self) -> list[str]:
+    def notes(self) -> list[Note]:
         """What a user should look at."""
         if self.cells[1:].any():
             return []
         what = "no point of any cloud lies in a layer of its map"
-        return [f"{what}: look at the sensor's height and mounting, map.grid and map.layers"]
+        cure = "look at the sensor's height and mounting, map.grid and map.layers"
+        return [Note("map.empty", f"{what}: {cure}")]
 
 
 def _with_height(streams: Streams, config: MapRunConfig) -> tuple[IntensityMapConfig, SensorHeight]:

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.methods.along.method import Walked
 from navtool.methods.along.streams import Streams
 from navtool.methods.along.sweeps import Sweep
@@ -34,7 +35,7 @@ def judged(intensity: Float32[Array, " p"], config: SensorMapConfig) -> str | No
     return judge_intensities(np.minimum(intensity, np.float32(full_scale)), full_scale)
 
 
-def judge_first(first: Sequence[Sweep], streams: Streams, config: SensorMapConfig) -> list[str]:
+def judge_first(first: Sequence[Sweep], streams: Streams, config: SensorMapConfig) -> list[Note]:
     """What a user should look at in the first sweeps of an input, judged together.
 
     Raises:
@@ -49,27 +50,28 @@ def judge_first(first: Sequence[Sweep], streams: Streams, config: SensorMapConfi
     return _notes(intensity, len(first), config)
 
 
-def _notes(intensity: Float32[Array, " p"], clouds: int, config: SensorMapConfig) -> list[str]:
+def _notes(intensity: Float32[Array, " p"], clouds: int, config: SensorMapConfig) -> list[Note]:
     full_scale, threshold = config.map.layers.full_scale, config.map.obstacles.threshold
     what = f"intensities: of the first {clouds} clouds"
     beyond = float((intensity > full_scale).mean())
     share = float(intensity.max()) / full_scale
     which = f"is sensor={config.sensor} the right one?"
     if beyond > _MUCH:
-        return [f"{what}, {beyond:.0%} are above full_scale = {full_scale:g}: {which}"]
+        found = f"{what}, {beyond:.0%} are above full_scale = {full_scale:g}: {which}"
+        return [Note("intensities.beyond-scale", found)]
     if share <= threshold:
         below = f"the largest is {share:.2f} R, below the threshold {threshold:g}: nothing will be solid"
-        return [f"{what}, {below}; {which}"]
+        return [Note("intensities.below-threshold", f"{what}, {below}; {which}")]
     return []
 
 
-def threshold_notes(config: SensorMapConfig) -> list[str]:
+def threshold_notes(config: SensorMapConfig) -> list[Note]:
     """What a user should know of a threshold that nobody has set."""
     threshold = config.map.obstacles.threshold
     if config.sensor == SIMULATED or threshold != ObstacleConfig().threshold:
         return []
     measured = f"the threshold {threshold:g} R was measured on the simulated sensor, not on {config.sensor!r}"
-    return [f"{measured}: fit it with `navtool fit intensity_threshold`"]
+    return [Note("threshold.not-fitted", f"{measured}: fit it with `navtool fit intensity_threshold`")]
 
 
 def nothing_mapped(streams: Streams, walked: Walked) -> DatasetsError:

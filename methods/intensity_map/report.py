@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from navtool.base.note import Note
 from navtool.methods.along.cell_scores import ClassScore
 from navtool.methods.along.report import Report
 
@@ -40,7 +41,7 @@ class MapReport(Report):
     """Maps at moments when the robot's place among the outlines is not known."""
     files: dict[str, int] = field(default_factory=dict)
     """Maps in each output."""
-    notes: list[str] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
 
     @property
     def maps_per_s(self) -> float | None:

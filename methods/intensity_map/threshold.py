@@ -11,6 +11,7 @@ from jaxtyping import UInt8
 
 from navtool.base.errors import DatasetsError
 from navtool.base.files import write_bytes
+from navtool.base.note import Note
 from navtool.methods.along.method import Method, Walked
 from navtool.methods.along.observation import Observation, Skip
 from navtool.methods.along.place_truth import PlaceTruth
@@ -54,7 +55,7 @@ class IntensityThreshold(Method[Sweep, None, FitReport]):
         self.ticks = Sweeps(config.sweeps)
         self._fitter = ThresholdFitter(config.map, config.tried)
         self._heights_m: list[float] = []
-        self._notes: list[str] = []
+        self._notes: list[Note] = []
 
     @property
     def settings(self) -> Mapping[str, object]:
@@ -93,7 +94,7 @@ class IntensityThreshold(Method[Sweep, None, FitReport]):
         self._add_waiting()
         height_m, how = self._ground.height()
         self._heights_m.append(height_m)
-        self._notes += [f"{streams.name}: {note}" for note in [*streams.notes, *self._judged, how] if note]
+        self._notes += [note.about(streams.name) for note in [*streams.notes, *self._judged, *how]]
 
     def nothing(self, streams: Streams, walked: Walked) -> DatasetsError:
         """What is wrong where no cloud can be read."""
@@ -155,16 +156,17 @@ class _Ground:
             self._measured.append(height)
         self._seen += 1
 
-    def height(self) -> tuple[float, str]:
+    def height(self) -> tuple[float, list[Note]]:
         """In metres, and what a user should know of it."""
         if self._known_m is not None:
-            return self._known_m, ""
+            return self._known_m, []
         height_m = round(float(np.median(self._measured)), 3) if self._measured else 0.0
         if height_m <= 0:
             set_m = self._layers.sensor_height_m
-            return set_m, f"no ground was seen: {set_m:g} m is taken for the height"
+            what = f"no ground was seen: {set_m:g} m is taken for the height"
+            return set_m, [Note("height.no-ground", what)]
         how = f"the sensor is {height_m:g} m above the ground, as {len(self._measured)} sweeps show: for maps, set "
-        return height_m, f"{how}map.layers.sensor_height_m={height_m:g}"
+        return height_m, [Note("height.measured", f"{how}map.layers.sensor_height_m={height_m:g}")]
 
 
 def settings_text(fit: ThresholdFit, config: SensorMapConfig, names: Sequence[str]) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import ClassVar, NamedTuple
 
+from navtool.base.note import Note
 from navtool.methods.along.observation import Observation, Skip
 from navtool.methods.along.odometry import Odometry, OdometryReading
 from navtool.methods.along.table_method import TableMethod
@@ -36,7 +37,10 @@ class SpeedProfile(TableMethod[OdometryReading, Speeds]):
         """The speeds of a message."""
         forward_mps = float(observation.reading.linear_mps[0])
         if abs(forward_mps) > self._most_mps:
-            return Skip("faster than robots go", f"odometry: {forward_mps:g} m/s at {observation.stamp_ns} ns")
+            return Skip(
+                "faster than robots go",
+                Note("speed.beyond-robots", f"odometry: {forward_mps:g} m/s at {observation.stamp_ns} ns"),
+            )
         self._forward_mps.append(forward_mps)
         return Speeds(forward_mps, float(observation.reading.angular_radps[2]))
 

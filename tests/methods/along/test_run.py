@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from intensity_drive import intensity_drive
+from noted import noted
 from speed_profile import SpeedProfile, Speeds
 from walking import walked
 
@@ -66,7 +67,7 @@ def test_what_is_skipped_is_counted_by_its_reason(write_recording: Write, tmp_pa
     report = profile(write_recording("mcap", entries), tmp_path / "out")
     assert report.skipped == {"faster than robots go": 2, "not finite": 1}
     assert report.results == report.ticks - 3 == len(moving) - 3
-    assert [note for note in report.notes if "m/s" in note] == [f"odometry: 99 m/s at {moving[3][2]} ns"]
+    assert noted(report.notes, "speed.beyond-robots") == [f"odometry: 99 m/s at {moving[3][2]} ns"]
 
 
 def test_again_it_is_done_and_otherwise_refused(write_recording: Write, tmp_path: Path) -> None:

@@ -9,8 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from intensity_drive import HEIGHT_M, START_NS, intensity_drive
+from noted import noted
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.base.setting_error import SettingError
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
@@ -30,7 +32,7 @@ class Seen(NamedTuple):
     clouds: int
     duration_s: float
     skipped: Counter[str]
-    notes: list[str]
+    notes: list[Note]
 
 
 def recorded(
@@ -41,7 +43,7 @@ def recorded(
         streams = source.streams(ticks.reads, 0.25)
         read = [reading.read() for reading in ticks.readings(streams)]
         skips = [one for one in read if isinstance(one, Skip)]
-        notes = [*streams.notes, *(one.note for one in skips)]
+        notes = [*streams.notes, *(one.note for one in skips if one.note is not None)]
         counted = Counter(one.reason for one in skips)
         seen = Seen(streams, ticks.count(streams), ticks.duration_s(streams), counted, notes)
         return [one for one in read if isinstance(one, Sweep)], seen
@@ -129,13 +131,13 @@ def test_clouds_that_give_no_sweep_are_counted(write_recording: Callable[..., Pa
     sweeps, source = recorded(write_recording("mcap", entries))
     assert source.skipped == {"empty": 1, "cannot be decoded": 1, "without intensities": 1}
     assert len(sweeps) == source.clouds - 3
-    assert any("cannot be decoded" in note for note in source.notes)
+    assert noted(source.notes, "cloud.undecodable")
 
 
 def test_without_odometry_sweeps_have_no_place(write_recording: Callable[..., Path]) -> None:
     sweeps, source = recorded(write_recording("mcap", intensity_drive(odometry=False)))
     assert all(sweep.odom_sensor is None for sweep in sweeps)
-    assert any("odometry" in note for note in source.notes)
+    assert noted(source.notes, "odometry.none-to-walk-by")
 
 
 def test_the_place_of_the_sensor_is_that_of_its_mount(write_recording: Callable[..., Path]) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from intensity_drive import HEIGHT_M, cloud_fields, intensity_drive
 from intensity_scene import Stand, scan_scene
+from noted import noted
 from recording_factory import Entry
 from walking import intensity_maps
 
@@ -116,13 +117,14 @@ def test_glass_is_remembered_where_odometry_places_it(write_recording: Callable[
     alone = intensity_drive(seen=scene, speed_mps=0.0, clouds=4, odometry=False)
     without = maps_of(write_recording("mcap", alone, name="alone"), tmp_path / "without")
     assert (without.maps_with["transparent"], without.without_odometry) == (4, 4)
-    assert any("stands alone, glass counts where one cloud shows it" in note for note in without.notes)
+    assert noted(without.notes, "odometry.no-place")
 
 
 def test_jumps_of_the_odometry_are_counted_and_told(write_recording: Callable[..., Path], tmp_path: Path) -> None:
     report = maps_of(write_recording("mcap", intensity_drive(jump_s=0.5)), tmp_path / "maps")
     assert (report.odometry_jumps, report.maps) == (1, 8)
-    assert any("1 jumps of more than 1 m" in note for note in report.notes)
+    (told,) = noted(report.notes, "odometry.jumps")
+    assert "1 jumps of more than 1 m" in told
 
 
 def test_clouds_beyond_the_odometry_stand_alone(write_recording: Callable[..., Path], tmp_path: Path) -> None:
@@ -131,7 +133,8 @@ def test_clouds_beyond_the_odometry_stand_alone(write_recording: Callable[..., P
     cut = [entry for entry in entries if entry[0] != "/odom" or entry[2] < end_ns]
     report = maps_of(write_recording("mcap", cut), tmp_path / "maps")
     assert 1 < report.without_odometry < report.maps == 8
-    assert any(f"for {report.without_odometry} clouds" in note for note in report.notes)
+    (told,) = noted(report.notes, "odometry.no-place")
+    assert f"for {report.without_odometry} clouds" in told
 
 
 def no_intensity(fields: dict[str, Any]) -> dict[str, Any]:
@@ -176,7 +179,8 @@ def test_a_later_cloud_that_is_bad_is_left_out_and_told(write_recording: Callabl
     report = maps_of(write_recording("mcap", changed(entries, slice(13, 14), empty)), tmp_path / "maps")
     assert report.skipped == {"empty": 1, "intensities cannot be used": 1}
     assert report.maps == 12
-    assert any("all intensities are 0" in note for note in report.notes)
+    (told,) = noted(report.notes, "intensities.unusable")
+    assert "all intensities are 0" in told
 
 
 def test_clouds_that_are_usable_together_but_not_alone_give_no_maps(
@@ -214,10 +218,11 @@ def test_a_threshold_that_was_not_measured_on_the_sensor_is_told(
 ) -> None:
     path = write_recording("mcap", intensity_drive(clouds=2))
     told = "was measured on the simulated sensor, not on 'mine': fit it"
-    assert any(told in note for note in maps_of(path, tmp_path / "a", settings(sensor="mine")).notes)
+    (note,) = noted(maps_of(path, tmp_path / "a", settings(sensor="mine")).notes, "threshold.not-fitted")
+    assert told in note
     fitted = replace(SMALL, obstacles=replace(SMALL.obstacles, threshold=0.4))
     for number, config in enumerate((settings(), settings(sensor="mine", map=fitted))):
-        assert not any("was measured" in note for note in maps_of(path, tmp_path / f"{number}", config).notes)
+        assert not noted(maps_of(path, tmp_path / f"{number}", config).notes, "threshold.not-fitted")
 
 
 def test_a_mission_of_several_bags_is_one_run(write_recording: Callable[..., Path], tmp_path: Path) -> None:
@@ -261,17 +266,20 @@ def test_a_wrong_preset_is_told(write_recording: Callable[..., Path], tmp_path: 
     weak = write_recording("mcap", changed(intensity_drive(), slice(None), with_intensity(90.0, 80.0, 30.0)))
     report = maps_of(weak, tmp_path / "weak")
     threshold = MapRunConfig().map.obstacles.threshold
-    assert any(f"below the threshold {threshold:g}: nothing will be solid" in note for note in report.notes)
+    (told,) = noted(report.notes, "intensities.below-threshold")
+    assert f"below the threshold {threshold:g}: nothing will be solid" in told
     layers = replace(SMALL.layers, full_scale=40.0)
     strong = maps_of(weak, tmp_path / "strong", settings(map=replace(SMALL, layers=layers), sensor="mine"))
-    assert any("67% are above full_scale = 40: is sensor=mine the right one?" in note for note in strong.notes)
+    (told,) = noted(strong.notes, "intensities.beyond-scale")
+    assert "67% are above full_scale = 40: is sensor=mine the right one?" in told
 
 
 def test_the_height_may_be_set(write_recording: Callable[..., Path], tmp_path: Path) -> None:
     path = write_recording("mcap", intensity_drive(footprint=False))
     report = maps_of(path, tmp_path / "unknown")
     assert (report.sensor_height_m, report.height_from) == (0.75, "setting")
-    assert any("sensor_height_m = 0.75 m, as set" in note for note in report.notes)
+    (told,) = noted(report.notes, "height.as-set")
+    assert "sensor_height_m = 0.75 m, as set" in told
     known = write_recording("mcap", intensity_drive(), name="known")
     own = maps_of(known, tmp_path / "set", settings(sensor_height=SensorHeight.setting))
     assert (own.sensor_height_m, own.height_from) == (0.75, "setting")
@@ -373,7 +381,7 @@ def test_maps_without_a_point_are_told(write_recording: Callable[..., Path], tmp
     little = IntensityMapConfig(grid=GridConfig(cells=16, cell_m=0.1))
     path = write_recording("mcap", intensity_drive(clouds=2))
     report = maps_of(path, tmp_path / "maps", settings(map=little))
-    assert any("no point of any cloud lies in a layer" in note for note in report.notes)
+    assert noted(report.notes, "map.empty")
 
 
 def test_a_planar_scan_has_no_ground_to_cut_away(write_recording: Callable[..., Path], tmp_path: Path) -> None:
@@ -383,7 +391,8 @@ def test_a_planar_scan_has_no_ground_to_cut_away(write_recording: Callable[..., 
     wide = IntensityMapConfig(grid=GridConfig(cells=200, cell_m=0.1))
     report = maps_of(write_recording("mcap", planar), tmp_path / "maps", settings(map=wide))
     assert report.maps_with["solid"] == 3
-    assert any("3 clouds lie in one level plane" in note for note in report.notes)
+    (told,) = noted(report.notes, "lidar.level-planes")
+    assert "3 clouds lie in one level plane" in told
 
 
 def test_a_topic_of_the_truths_name_that_says_something_else_is_left_alone(

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import yaml
 from intensity_drive import HEIGHT_M, intensity_drive
+from noted import noted
 from walking import fit_intensity_threshold
 
 from navtool.base.errors import DatasetsError
@@ -106,7 +107,8 @@ def test_the_height_of_the_sensor_is_measured_where_nobody_tells_it(
     path = write_recording("mcap", intensity_drive(footprint=False, bad=[(x, y / 20, z, i) for x, y, z, i in ground]))
     report = fit(path, truth(), tmp_path / "fit")
     assert report.sensor_heights_m == pytest.approx([HEIGHT_M], abs=0.02)
-    assert any("as 8 sweeps show" in note for note in report.notes)
+    (told,) = noted(report.notes, "height.measured")
+    assert "as 8 sweeps show" in told
 
 
 @pytest.mark.parametrize(
@@ -147,5 +149,5 @@ def test_outlines_in_another_frame_are_moved_or_refused(
 def test_what_speaks_against_a_fit_is_told(write_recording: Write, truth: Callable[..., Path], tmp_path: Path) -> None:
     path = write_recording("mcap", intensity_drive())
     wrong = fit(path, truth("pliable", "solid"), tmp_path / "fit", heights_m=[0.5, 0.6])
-    assert any("where 0.5 is chance" in note for note in wrong.notes)
-    assert any("of tried.heights_m" in note for note in wrong.notes)
+    assert noted(wrong.notes, "fit.weak")
+    assert any("of tried.heights_m" in told for told in noted(wrong.notes, "fit.at-an-end"))
