@@ -36,8 +36,13 @@ def from_plain[T](cls: type[T], value: object, *, where: str | Path, concrete: M
 
 def did_you_mean(word: str, known: Sequence[str]) -> str:
     """A hint such as `` (did you mean 'odometry'?)``; empty where no known word is close."""
-    close = difflib.get_close_matches(word, known, n=1)
+    renamed = [_RENAMED[word]] if _RENAMED.get(word) in known else []
+    close = renamed or difflib.get_close_matches(word, known, n=1)
     return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+_RENAMED = {"image": "camera"}
+"""What keys are called now that older robot files and scripts call otherwise."""
 
 
 class _Reader:

@@ -153,7 +153,7 @@ def usage_errors() -> Iterator[None]:
             group, _, name = str(error.missing_cfg_file).rpartition("/")
             options = sorted(option for option in error.options if not option.endswith("_schema"))
             raise _unknown_option(name, options, group) from error
-        raise UsageError(_readable(error), cure=_CURE) from error
+        raise UsageError(_readable(error) + _meant(error), cure=_CURE) from error
     except AssertionError as error:
         if not str(error).startswith("Unexpected type for root: NoneType"):
             raise
@@ -172,6 +172,20 @@ def _refused_choice(error: BaseException | None) -> ChoiceError | None:
             return ChoiceError(str(error.full_key), error.value, list(error.child_node.enum_type.__members__))
         error = error.__cause__
     return None
+
+
+def _meant(error: BaseException | None) -> str:
+    """The nearest key where one is not known; empty where none is near."""
+    from omegaconf import Container
+    from omegaconf.errors import ConfigAttributeError, ConfigKeyError
+
+    from navtool.base.from_plain import did_you_mean
+
+    while error is not None:
+        if isinstance(error, ConfigKeyError | ConfigAttributeError) and isinstance(error.parent_node, Container):
+            return did_you_mean(str(error.key), [str(key) for key in error.parent_node])
+        error = error.__cause__
+    return ""
 
 
 @contextmanager

@@ -75,9 +75,9 @@ class SyntheticSource:
         return {
             "observation.state": state.astype(np.float32),
             "observation.lidar.count": np.full(rows, self._config.points, dtype=np.int64),
-            "observation.reliability.image": rng.uniform(0.4, 0.9, rows).astype(np.float32),
+            "observation.reliability.camera": rng.uniform(0.4, 0.9, rows).astype(np.float32),
             "observation.reliability.cloud": rng.uniform(0.2, 0.5, rows).astype(np.float32),
-            "valid.image": np.ones(rows, dtype=np.bool_),
+            "valid.camera": np.ones(rows, dtype=np.bool_),
             "valid.lidar": np.ones(rows, dtype=np.bool_),
             "valid.state": np.ones(rows, dtype=np.bool_),
             "label.outcome": (phase >= _FAILURE_LENGTH).astype(np.int64),

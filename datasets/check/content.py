@@ -77,7 +77,7 @@ def check_clouds(dataset: NavDataset) -> Findings:
 
 def check_video(dataset: NavDataset) -> Findings:
     """Every image decodes, there is one a row, and the picture changes."""
-    for stream in dataset.description.contents.images:
+    for stream in dataset.description.contents.camera_streams:
         yield from _video(dataset, stream)
 
 

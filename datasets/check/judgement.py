@@ -37,8 +37,8 @@ def check_calibrations(dataset: NavDataset) -> Findings:
         lacking = [
             name
             for name, value, wanted in (
-                ("camera", calibration.camera, contents.image),
-                ("base_camera", calibration.base_camera, contents.image),
+                ("camera", calibration.camera, contents.camera),
+                ("base_camera", calibration.base_camera, contents.camera),
                 ("base_lidar", calibration.base_lidar, contents.lidar),
                 ("base_imu", calibration.base_imu, contents.imu),
             )
@@ -53,10 +53,10 @@ def _further_lacking(calibration: Calibration, contents: Contents) -> list[str]:
     """What is unknown of further cameras and LiDARs."""
     lacking = [
         f"camera.{sensor_of(stream)}"
-        for stream in contents.images
+        for stream in contents.camera_streams
         if sensor_of(stream) and calibration.camera_of(stream) is None
     ]
-    streams = [*(stream for stream in contents.images if sensor_of(stream)), *contents.lidar_streams]
+    streams = [*(stream for stream in contents.camera_streams if sensor_of(stream)), *contents.lidar_streams]
     poses = calibration.poses()
     return lacking + [f"{row_of(s).pose}.{sensor_of(s)}" for s in streams if poses.get(s) is None]
 

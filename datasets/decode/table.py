@@ -93,10 +93,10 @@ _POSES = "poses without speeds; name it as odometry in the robot file"
 _OWN_POSES = f"{_POSES} if they are the robot's own"
 
 _ROWS = (
-    Message("sensor_msgs/msg/Image", decode_image, ("image",)),
-    Message("sensor_msgs/msg/CompressedImage", decode_compressed_image, ("image",)),
-    *_foxglove("RawImage", decode_foxglove_raw_image, proposed=("image",)),
-    *_foxglove("CompressedImage", decode_foxglove_compressed_image, proposed=("image",)),
+    Message("sensor_msgs/msg/Image", decode_image, ("camera",)),
+    Message("sensor_msgs/msg/CompressedImage", decode_compressed_image, ("camera",)),
+    *_foxglove("RawImage", decode_foxglove_raw_image, proposed=("camera",)),
+    *_foxglove("CompressedImage", decode_foxglove_compressed_image, proposed=("camera",)),
     Message("sensor_msgs/msg/CameraInfo", decode_camera_info, ("camera_info",)),
     *_foxglove("CameraCalibration", decode_foxglove_calibration, proposed=("camera_info",)),
     Message("sensor_msgs/msg/PointCloud2", decode_point_cloud, ("lidar",)),

@@ -8,7 +8,7 @@ from navtool.datasets.decode.messages import Decoded, ImageFrame
 from navtool.datasets.ingest.lane import Lane
 from navtool.datasets.ingest.segment import Segment
 from navtool.datasets.recording import RawMessage
-from navtool.datasets.store.schema import IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX, image_reliability_keys
+from navtool.datasets.store.schema import IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX, camera_reliability_keys
 from navtool.datasets.store.stats import ImageStats
 from navtool.datasets.store.video import VideoWriter
 from navtool.pipeline.arrays import Array
@@ -26,7 +26,7 @@ class CameraLane(Lane):
     """
 
     def __init__(self, stream: str, segment: Segment, video: VideoWriter, reliability: ImageReliabilityConfig) -> None:
-        super().__init__(segment.parts.get(stream), segment.ticks, image_reliability_keys(stream))
+        super().__init__(segment.parts.get(stream), segment.ticks, camera_reliability_keys(stream))
         self.stats = ImageStats()
         self._video, self._reliability = video, reliability
         self._frames: dict[int, Image] = {}

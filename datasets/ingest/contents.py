@@ -14,12 +14,12 @@ def contents_of(found: FirstPass) -> Contents:
     joints = found.streams.get("joints")
     beside = [stream for stream in found.streams if sensor_of(stream)]
     return Contents(
-        image="image" in found.streams,
+        camera="camera" in found.streams,
         lidar="lidar" in found.streams,
         imu="imu" in found.streams,
         joint_names=joints.joint_names if joints is not None else (),
         battery="battery" in found.streams,
-        cameras=tuple(sensor_of(stream) for stream in of_kind("image", beside)),
+        cameras=tuple(sensor_of(stream) for stream in of_kind("camera", beside)),
         lidars=tuple(sensor_of(stream) for stream in of_kind("lidar", beside)),
     )
 

@@ -37,7 +37,7 @@ def join_segments(
     joined = EpisodeFolder(folder, numbering, len(columns["frame_index"]), stats)
     points = [points_part(folder, segment.number) for segment in segments] if contents.lidar else []
     write_data(joined.data, features_of(contents), columns, _pieces(points, on_reached))
-    for stream in contents.images:
+    for stream in contents.camera_streams:
         videos = [video_part(folder, stream, segment.number) for segment in segments]
         join_videos(videos, joined.video(image_key(stream)), fps)
         for part in videos:
@@ -55,7 +55,7 @@ def _pieces(points: Sequence[Path], on_reached: Callable[[int], None]) -> Iterat
 
 def _stats(contents: Contents, columns: Mapping[str, Column], results: Sequence[SegmentResult]) -> dict[str, Stats]:
     """Statistics of every column of numbers, of images and of clouds."""
-    images, clouds = {image_key(stream): ImageStats() for stream in contents.images}, CloudStats()
+    images, clouds = {image_key(stream): ImageStats() for stream in contents.camera_streams}, CloudStats()
     for result in results:
         clouds.merge(result.clouds)
         for stream, found in result.images.items():

@@ -7,7 +7,7 @@ import numpy as np
 from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.ingest.segment import Segment, SegmentResult
 from navtool.datasets.store.data_file import Column
-from navtool.datasets.store.schema import CLOUD_RELIABILITY_KEYS, COUNT_KEY, image_reliability_keys
+from navtool.datasets.store.schema import CLOUD_RELIABILITY_KEYS, COUNT_KEY, camera_reliability_keys
 from navtool.datasets.store.staged_episode import Numbering
 
 
@@ -35,8 +35,8 @@ def _unread_columns(plan: EpisodePlan) -> dict[str, Column]:
     """What segments fill in, all 0."""
     ticks = plan.ticks_ns.size
     columns: dict[str, Column] = {}
-    for stream in plan.contents.images:
-        columns |= {key: np.zeros(ticks, dtype=np.float32) for key in image_reliability_keys(stream)}
+    for stream in plan.contents.camera_streams:
+        columns |= {key: np.zeros(ticks, dtype=np.float32) for key in camera_reliability_keys(stream)}
     if plan.contents.lidar:
         columns |= {key: np.zeros(ticks, dtype=np.float32) for key in CLOUD_RELIABILITY_KEYS}
         columns[COUNT_KEY] = np.zeros(ticks, dtype=np.int64)

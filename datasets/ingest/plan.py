@@ -132,7 +132,7 @@ def _calibration(robot: RobotConfig, found: FirstPass) -> tuple[Calibration, tup
 def _images(found: FirstPass) -> dict[str, CameraImages]:
     """The pictures of each camera."""
     images = {}
-    for stream in of_kind("image", found.topics.streams):
+    for stream in of_kind("camera", found.topics.streams):
         seen = found.streams.get(stream)
         native_size, row_size = None if seen is None else seen.native_size, (IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX)
         images[stream] = CameraImages(found.topics.streams[stream], native_size, row_size)

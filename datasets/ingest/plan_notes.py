@@ -59,7 +59,7 @@ def deskew_notes(small: Mapping[str, TimedStream], *, wanted: bool) -> list[Note
 
 def _calibration_notes(found: FirstPass, calibration: Calibration) -> list[Note]:
     notes = refused_notes(found)
-    for stream in of_kind("image", found.streams):
+    for stream in of_kind("camera", found.streams):
         if calibration.camera_of(stream) is None:
             camera = f"camera.{sensor_of(stream)}" if sensor_of(stream) else "camera"
             lost = "its images cannot be projected" if sensor_of(stream) else "trajectory images cannot be made"
@@ -69,7 +69,7 @@ def _calibration_notes(found: FirstPass, calibration: Calibration) -> list[Note]
         stated = sensor != "odometry" or bool(found.streams[sensor].frame_id) if sensor in found.streams else False
         if stated and pose is None:
             frame = found.streams[sensor].frame_id or "(none)"
-            unknown = row_of(sensor).name == "image" or sensor_of(sensor)
+            unknown = row_of(sensor).name == "camera" or sensor_of(sensor)
             kept = "its pose stays unknown" if unknown else "its axes are taken for the base frame's"
             what = f"{sensor}: no transform from the base frame to {frame} and no mounting configured; {kept}"
             notes.append(Note("sensor.no-pose", what))

@@ -74,7 +74,7 @@ def _lanes(
     """A lane for each stream that the rows have or that the recording has."""
     lanes: dict[str, CameraLane | LidarLane] = {}
     for stream in dict.fromkeys((*segment.in_rows, *segment.parts)):
-        if row_of(stream).name == "image":
+        if row_of(stream).name == "camera":
             video = files.enter_context(VideoWriter(video_part(folder, stream, segment.number), config.fps))
             lanes[stream] = CameraLane(stream, segment, video, config.image_reliability)
         else:

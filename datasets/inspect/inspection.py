@@ -72,7 +72,7 @@ def robot_from(base: RobotConfig, inspection: Inspection) -> RobotConfig:
     first = {stream: [topic] for stream, topic in read.items() if not sensor_of(stream)}
     found = dict(inspection.topic_map.further) | dict(read)
     cameras, lidars = dict(base.cameras), dict(base.lidars)
-    for stream in of_kind("image", found):
+    for stream in of_kind("camera", found):
         if name := sensor_of(stream):
             known = cameras.get(name, FurtherCamera(topics=[found[stream]]))
             cameras[name] = replace(known, topics=[found[stream]])

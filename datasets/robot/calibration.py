@@ -79,7 +79,7 @@ class Calibration:
         robot_width_m: Width of the swath the robot drives over.
         sources: Where each of these came from, by name, in words.
         recorded: What the recording itself says: frames, static transforms, the camera at its own resolution.
-        further: Geometry of further cameras and LiDARs, by their streams: ``image.rear``.
+        further: Geometry of further cameras and LiDARs, by their streams: ``camera.rear``.
     """
 
     camera: CameraModel | None
@@ -160,7 +160,7 @@ def calibrate(robot: RobotConfig, recorded: RecordedGeometry, images: Mapping[st
     else:
         height, sources["base_height_m"] = robot.base_height_m, f"robot {robot.name}: base_height_m"
     return Calibration(
-        camera=cameras.get("image"),
+        camera=cameras.get("camera"),
         **{STREAMS[stream].pose: poses[stream] for stream in POSED},
         base_height_m=height,
         robot_width_m=robot.width_m,

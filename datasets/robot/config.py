@@ -8,7 +8,7 @@ from pathlib import Path
 import yaml
 
 from navtool.base.errors import DatasetsError
-from navtool.base.from_plain import from_plain
+from navtool.base.from_plain import did_you_mean, from_plain
 from navtool.base.plain import LEFT_OUT_WHILE_EMPTY, plain
 from navtool.base.setting_checks import fault, outside
 from navtool.base.setting_error import Fault, refuse
@@ -31,7 +31,7 @@ class TopicCandidates:
     An empty list means that a topic is proposed from the types and names; ``[none]`` leaves the stream out.
     """
 
-    image: list[str] = field(default_factory=list)
+    camera: list[str] = field(default_factory=list)
     """Image or CompressedImage of the front camera."""
     camera_info: list[str] = field(default_factory=list)
     """CameraInfo of that camera; proposed: the one in the image's namespace."""
@@ -225,7 +225,7 @@ class RobotConfig:
     camera: CameraFallback | None = None
     """Calibration where a recording has none; None leaves such recordings without one."""
     mounting: dict[str, Mounting] = field(default_factory=dict)
-    """Poses by ``image``, ``lidar``, ``imu`` or ``odometry`` (its child) where tf has no path to the base frame."""
+    """Poses by ``camera``, ``lidar``, ``imu`` or ``odometry`` (its child) where tf has no path to the base frame."""
     cameras: dict[str, FurtherCamera] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
     """Further cameras by name, such as ``rear``."""
     lidars: dict[str, FurtherLidar] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
@@ -237,7 +237,7 @@ class RobotConfig:
             "is not known"
         )
         joints = sorted({joint for joint in self.joint_names if self.joint_names.count(joint) > 1})
-        sensors = sorted(set(self.mounting) - set(POSED))
+        sensors = [name + did_you_mean(name, POSED) for name in sorted(set(self.mounting) - set(POSED))]
         refuse(
             fault("name", "the robot has no name", "give one, such as husky", when=not self.name.strip()),
             fault("base_frame", "is empty", "give a tf frame, such as base_link", when=not self.base_frame.strip()),
@@ -267,7 +267,7 @@ class RobotConfig:
         """Candidate topics by stream, in the order of the stream table, a further sensor's behind the first one's."""
         topics: dict[str, list[str]] = {stream: getattr(self.topics, stream) for stream in STREAMS}
         for name, camera in self.cameras.items():
-            topics[further("image", name)] = camera.topics
+            topics[further("camera", name)] = camera.topics
             topics[further("camera_info", name)] = camera.camera_info
         topics |= {further("lidar", name): lidar.topics for name, lidar in self.lidars.items()}
         return {stream: topics[stream] for stream in in_order(topics)}
@@ -277,7 +277,7 @@ class RobotConfig:
         sensor = sensor_of(stream)
         if not sensor:
             return f"mounting.{stream}", self.mounting.get(stream)
-        group = "cameras" if row_of(stream).name == "image" else "lidars"
+        group = "cameras" if row_of(stream).name == "camera" else "lidars"
         sensors: dict[str, FurtherCamera] | dict[str, FurtherLidar] = getattr(self, group)
         return f"{group}.{sensor}.mounting", sensors[sensor].mounting if sensor in sensors else None
 

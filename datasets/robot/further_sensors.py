@@ -9,18 +9,18 @@ from navtool.datasets.robot.camera_topics import camera_name
 from navtool.datasets.streams.table import FRONT, SENSOR_NAME, STREAMS, further, of_kind
 
 _COMMON_WORDS = {
-    "image": {
+    "camera": {
         *("image", "images", "img", "camera", "cam"),
         *("raw", "compressed", "color", "colour", "rgb", "bgr", "hdr", "mono", "rect"),
     },
     "lidar": {"points", "points2", "point", "cloud", "pointcloud", "pointcloud2", "packets", "raw", "scan", "lidar"},
 }
 """Words of a topic's name that do not tell one sensor from another; without its transport's name."""
-_FALLBACK = {"image": "camera", "lidar": "lidar"}
+_FALLBACK = {"camera": "camera", "lidar": "lidar"}
 
 
 def propose_further(listed: Mapping[str, Topic], streams: Mapping[str, str]) -> dict[str, str]:
-    """Topics by stream (``image.rear``) of sensors that could be read beside those that are.
+    """Topics by stream (``camera.rear``) of sensors that could be read beside those that are.
 
     One topic of each sensor: of a camera's encodings the raw one, of a cloud's forms the one whose name fits best. What
     was made from a sensor's messages is left out, and a planar scan unless the first LiDAR's clouds are planar too.

@@ -87,7 +87,7 @@ def resolve_topic_map(robot: RobotConfig, topics: Sequence[Topic]) -> TopicMap:
         if stream in named:
             chosen[stream] = named[stream]
         elif row_of(stream).name == "camera_info":
-            image = chosen[further("image", sensor_of(stream)) if sensor_of(stream) else "image"]
+            image = chosen[further("camera", sensor_of(stream)) if sensor_of(stream) else "camera"]
             chosen[stream] = _camera_info_of(stream, image, listed, notes)
         else:
             chosen[stream] = _best_by_name(stream, _without(listed, named), notes)
@@ -181,7 +181,7 @@ def _best_by_name(stream: str, listed: Mapping[str, Topic], notes: list[Note]) -
 
 def _transport_rank(name: str, kind: str) -> int:
     """Raw before compressed of the same camera: what was lost in encoding does not come back."""
-    return int(kind != proposed_types("image")[0] or camera_name(name) != name)
+    return int(kind != proposed_types("camera")[0] or camera_name(name) != name)
 
 
 def _camera_info_of(stream: str, image: str | None, listed: Mapping[str, Topic], notes: list[Note]) -> str | None:
@@ -191,7 +191,7 @@ def _camera_info_of(stream: str, image: str | None, listed: Mapping[str, Topic],
     for namespace in camera_namespaces(image):
         if f"{namespace}/camera_info" in infos:
             return f"{namespace}/camera_info"
-    cameras = {camera_name(t.name) for t in listed.values() if t.type in proposed_types("image") and t.count > 0}
+    cameras = {camera_name(t.name) for t in listed.values() if t.type in proposed_types("camera") and t.count > 0}
     if len(infos) == 1 and len(cameras) == 1:
         notes.append(
             Note("topics.only-calibration", f"{stream}: {infos[0]} is the only calibration, taken for {image}")

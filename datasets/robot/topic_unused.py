@@ -74,9 +74,9 @@ def _reason(topic: Topic, chosen: Mapping[str, str | None]) -> str:
 
 
 def _image_reason(name: str, chosen: Mapping[str, str | None]) -> str:
-    if STREAMS["image"].hints.score(name) is None:
+    if STREAMS["camera"].hints.score(name) is None:
         return "a depth or derived image; the data set takes colour images"
-    read = [topic for stream in of_kind("image", chosen) if (topic := chosen[stream]) is not None]
+    read = [topic for stream in of_kind("camera", chosen) if (topic := chosen[stream]) is not None]
     if not read:
         return "a camera, and no camera is wanted"
     for image in read:
@@ -86,7 +86,7 @@ def _image_reason(name: str, chosen: Mapping[str, str | None]) -> str:
 
 
 def _stream_reason(stream: str, topic: Topic, chosen: Mapping[str, str | None]) -> str:
-    if stream == "image":
+    if stream == "camera":
         return _image_reason(topic.name, chosen)
     row, used = STREAMS[stream], chosen[stream]
     if used is not None:

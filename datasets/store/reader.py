@@ -122,7 +122,7 @@ class NavDataset:
         return cloud
 
     def image(self, row: int, camera: str = FRONT) -> UInt8[Array, "240 320 3"]:
-        """The image of a row in RGB; black where ``valid.image``, or that of the further camera, is false.
+        """The image of a row in RGB; black where ``valid.camera``, or that of the further camera, is false.
 
         Raises:
             DatasetsError: If the data set has no such camera, or the video is damaged.

@@ -9,7 +9,7 @@ import pyarrow as pa
 from navtool.base.plain import LEFT_OUT_WHILE_EMPTY
 from navtool.datasets.streams.table import FRONT, further, sensor_of
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """Raised whenever a column, a file or its meaning changes; readers refuse any other."""
 
 CODEBASE_VERSION = "v3.0"
@@ -30,8 +30,8 @@ PROPRIOCEPTION_KEY = "observation.proprioception"
 POINTS_KEY = "observation.lidar.points"
 COUNT_KEY = "observation.lidar.count"
 TIMESTAMP_NS_KEY = "observation.timestamp_ns"
-IMAGE_RELIABILITY_KEYS = tuple(
-    f"observation.reliability.{name}" for name in ("image", "image_brightness", "image_corners")
+CAMERA_RELIABILITY_KEYS = tuple(
+    f"observation.reliability.{name}" for name in (("camera", "camera_brightness", "camera_corners"))
 )
 CLOUD_RELIABILITY_KEYS = tuple(f"observation.reliability.{name}" for name in ("cloud", "cloud_edge", "cloud_planar"))
 DEFAULT_KEYS = ("timestamp", "frame_index", "episode_index", "index", "task_index")
@@ -71,7 +71,7 @@ class Feature:
 class Contents:
     """What the recordings of a data set have; state, action and labels are always there."""
 
-    image: bool
+    camera: bool
     lidar: bool
     imu: bool
     joint_names: tuple[str, ...]
@@ -89,7 +89,7 @@ class Contents:
     def streams(self) -> tuple[str, ...]:
         """The streams that have a ``valid.*`` and a ``sync.error_s.*`` column, in column order."""
         present = {
-            **dict.fromkeys(self.images, True),
+            **dict.fromkeys(self.camera_streams, True),
             "lidar": self.lidar,
             "state": True,
             "action": True,
@@ -100,14 +100,14 @@ class Contents:
         return tuple(name for name, there in present.items() if there)
 
     @property
-    def images(self) -> tuple[str, ...]:
-        """The streams of the cameras: ``image``, ``image.rear``."""
-        return (*(("image",) if self.image else ()), *(further("image", name) for name in self.cameras))
+    def camera_streams(self) -> tuple[str, ...]:
+        """The streams of the cameras: ``camera``, ``camera.rear``."""
+        return (*(("camera",) if self.camera else ()), *(further("camera", name) for name in self.cameras))
 
     @property
     def large(self) -> tuple[str, ...]:
         """The streams of images and clouds that are in the rows."""
-        return (*self.images, *(("lidar",) if self.lidar else ()))
+        return (*self.camera_streams, *(("lidar",) if self.lidar else ()))
 
     @property
     def lidar_streams(self) -> tuple[str, ...]:
@@ -116,14 +116,14 @@ class Contents:
 
 
 def image_key(stream: str) -> str:
-    """The column of a camera's stream: ``observation.images.rear`` of ``image.rear``."""
+    """The column of a camera's stream: ``observation.images.rear`` of ``camera.rear``."""
     return f"observation.images.{sensor_of(stream) or FRONT}"
 
 
-def image_reliability_keys(stream: str) -> tuple[str, ...]:
+def camera_reliability_keys(stream: str) -> tuple[str, ...]:
     """The columns of reliability of a camera's stream."""
     sensor = sensor_of(stream)
-    return tuple(f"{key}.{sensor}" if sensor else key for key in IMAGE_RELIABILITY_KEYS)
+    return tuple(f"{key}.{sensor}" if sensor else key for key in CAMERA_RELIABILITY_KEYS)
 
 
 def video_keys(features: Mapping[str, Feature]) -> tuple[str, ...]:
@@ -134,7 +134,7 @@ def video_keys(features: Mapping[str, Feature]) -> tuple[str, ...]:
 def features_of(contents: Contents) -> dict[str, Feature]:
     """The columns of a data set with these contents, in the order in which they are written."""
     features: dict[str, Feature] = {}
-    for stream in contents.images:
+    for stream in contents.camera_streams:
         size = (IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX, 3)
         features[image_key(stream)] = Feature("video", size, ("height", "width", "channels"))
     features[STATE_KEY] = Feature("float32", (2,), ("v_mps", "omega_radps"))
@@ -151,7 +151,7 @@ def features_of(contents: Contents) -> dict[str, Feature]:
         features[POINTS_KEY] = Feature("float32", (CLOUD_SIZE, 3), ("point", "xyz_m"))
         features[COUNT_KEY] = Feature("int64", (1,))
     reliabilities = (
-        *(key for stream in contents.images for key in image_reliability_keys(stream)),
+        *(key for stream in contents.camera_streams for key in camera_reliability_keys(stream)),
         *(CLOUD_RELIABILITY_KEYS if contents.lidar else ()),
     )
     features |= {key: Feature("float32", (1,)) for key in reliabilities}

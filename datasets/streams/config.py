@@ -52,12 +52,12 @@ def _default(stream: str) -> StreamSync:
 class SyncConfig:
     """The policy of time: each stream's clock, method and tolerance."""
 
-    image: StreamSync = field(default_factory=lambda: _default("image"))
+    camera: StreamSync = field(default_factory=lambda: _default("camera"))
     """Camera frames; at the grid's own rate a frame is at most half a period away."""
     lidar: StreamSync = field(default_factory=lambda: _default("lidar"))
     """Clouds, by the stamp of their header."""
     cameras: dict[str, FurtherSync] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
-    """Further cameras by name, where they differ from ``image``."""
+    """Further cameras by name, where they differ from ``camera``."""
     lidars: dict[str, FurtherSync] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
     """Further LiDARs by name, where they differ from ``lidar``; of their clouds the rows say nothing."""
     odometry: StreamSync = field(default_factory=lambda: _default("odometry"))
@@ -88,7 +88,7 @@ class SyncConfig:
     def of(self, stream: str) -> StreamSync | None:
         """How a stream is brought onto the grid, a further sensor as the first one unless set; None where it is not."""
         row, sensor = row_of(stream), sensor_of(stream)
-        own = (self.cameras if row.name == "image" else self.lidars).get(sensor)
+        own = (self.cameras if row.name == "camera" else self.lidars).get(sensor)
         first: StreamSync | None = getattr(self, row.name) if row.sync is not None else None
         return own or first
 

@@ -1,7 +1,7 @@
 """The streams of a data set: one row a stream. What reads, aligns, writes or checks streams goes by this table.
 
-A robot's first camera and LiDAR are the streams ``image`` and ``lidar``; further ones go by the same rows and have a
-name behind a dot: ``image.rear``, ``camera_info.rear``, ``lidar.roof``.
+A robot's first camera and LiDAR are the streams ``camera`` and ``lidar``; further ones go by the same rows and have a
+name behind a dot: ``camera.rear``, ``camera_info.rear``, ``lidar.roof``.
 
 Which message types feed a stream is said once too, in the rows of `navtool.datasets.decode.table`.
 """
@@ -15,7 +15,7 @@ from navtool.datasets.streams.sync import Method
 from navtool.datasets.streams.topic_hints import NO_HINTS, TopicHints
 
 FRONT = "front"
-"""The first camera; what it records is the stream ``image``."""
+"""The first camera; what it records is the stream ``camera``."""
 TWIST_COLUMNS = ("vx_mps", "vy_mps", "vz_mps", "wx_radps", "wy_radps", "wz_radps")
 
 
@@ -69,7 +69,7 @@ _DERIVED_CLOUDS = r"registered|map|undist|deskew|filter|ground|obstacle|cluster|
 
 _ROWS = (
     Stream(
-        name="image",
+        name="camera",
         kind=Kind.large,
         hints=TopicHints(
             weights=(
@@ -224,7 +224,7 @@ def row_of(stream: str) -> Stream:
 
 
 def further(kind: str, name: str) -> str:
-    """The stream of a further sensor: ``image.rear`` of kind ``image`` and name ``rear``."""
+    """The stream of a further sensor: ``camera.rear`` of kind ``camera`` and name ``rear``."""
     return f"{kind}.{name}"
 
 
@@ -234,7 +234,7 @@ def sensor_of(stream: str) -> str:
 
 
 def of_kind(kind: str, streams: Iterable[str]) -> tuple[str, ...]:
-    """Those of the streams that go by one row: ``image``, ``image.rear``."""
+    """Those of the streams that go by one row: ``camera``, ``camera.rear``."""
     return tuple(stream for stream in streams if stream.partition(".")[0] == kind)
 
 

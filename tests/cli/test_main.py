@@ -71,7 +71,7 @@ def test_completion_is_shown_to_the_shell_that_asks() -> None:
 
 @pytest.mark.parametrize(
     ("command", "key"),
-    [("ingest", "sync.image.tolerance_s"), ("label", "max_deviation_m"), ("intensity-map", "map.grid.cell_m")],
+    [("ingest", "sync.camera.tolerance_s"), ("label", "max_deviation_m"), ("intensity-map", "map.grid.cell_m")],
 )
 def test_the_configuration_is_printed_with_its_overrides(
     navtool_here: Callable[..., Any], command: str, key: str
@@ -111,10 +111,10 @@ def test_reading_and_ingesting_load_no_torch(command: str) -> None:
 def test_paths_and_overrides_are_kept_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "odd=name.bag").touch()
-    given = ["a.bag", "fps=5", "odd=name.bag", "sync.image.tolerance_s=0.1", "+new=1", "/data/x.mcap", "robot=husky"]
+    given = ["a.bag", "fps=5", "odd=name.bag", "sync.camera.tolerance_s=0.1", "+new=1", "/data/x.mcap", "robot=husky"]
     paths, overrides = split_overrides(given)
     assert paths == ["a.bag", "odd=name.bag", "/data/x.mcap"]
-    assert overrides == ["fps=5", "sync.image.tolerance_s=0.1", "+new=1", "robot=husky"]
+    assert overrides == ["fps=5", "sync.camera.tolerance_s=0.1", "+new=1", "robot=husky"]
 
 
 CALLS: list[tuple[str, int, str]] = [
@@ -273,7 +273,7 @@ def test_a_robot_file_comes_back(
 @pytest.mark.parametrize(
     ("command", "override", "cure"),
     [
-        ("ingest", "sync.image.method=cubic", "use sync.image.method=nearest or hold"),
+        ("ingest", "sync.camera.method=cubic", "use sync.camera.method=nearest or hold"),
         ("ingest", "sync.imu.method=cubic", "use sync.imu.method=nearest or hold or linear"),
         ("ingest", "merge=all", "use merge=file or folder"),
         ("ingest", "sync.lidar.clock=wall", "use sync.lidar.clock=auto or header or record"),
@@ -291,6 +291,22 @@ def test_a_refused_choice_names_those_that_are_taken(
     assert left.value.code == 2
     assert f"{override}: there is no such value as" in said
     assert said.strip().endswith(cure)
+
+
+@pytest.mark.parametrize(
+    ("override", "meant"),
+    [
+        ("sync.image.method=hold", "did you mean 'camera'"),
+        ("robot.topics.image=[/front]", "did you mean 'camera'"),
+        ("robot.mounting.image={}", "did you mean 'camera'"),
+        ("fsp=5", "did you mean 'fps'"),
+    ],
+)
+def test_an_unknown_key_is_refused_with_the_one_that_was_meant(
+    navtool_here: Callable[..., Any], override: str, meant: str
+) -> None:
+    refused = navtool_here("ingest", "a.bag", "--out", "x", override)
+    assert (refused.code, meant in refused.err) == (2, True), refused.err
 
 
 def test_a_reason_is_reported_once_for_all_its_recordings(navtool_here: Callable[..., Any], tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ def test_real_recordings_become_a_verified_artefact(
         paths.append(recording_writer(folder, container, entries, "run"))
 
     listing = json.loads(navtool("inspect", paths[0], "--json").out)
-    assert listing["topic_map"]["image"] == "/pylon_camera_node/image_raw/compressed"
+    assert listing["topic_map"]["camera"] == "/pylon_camera_node/image_raw/compressed"
     assert listing["topic_map"]["lidar"] == "/os1_cloud_node/points"
 
     dataset = tmp_path / "dataset"
@@ -70,7 +70,7 @@ def test_real_recordings_become_a_verified_artefact(
 
 def _look_at(dataset: NavDataset) -> None:
     """Three containers of one kind of drive: every stream is there, and the values are the real ones."""
-    for stream in ("image", "lidar", "state", "imu", "joints"):
+    for stream in ("camera", "lidar", "state", "imu", "joints"):
         assert dataset.column(f"valid.{stream}").mean() > 0.9, stream
     assert dataset.description.contents.joint_names[0] == "FR_hip"
     speed = dataset.column("observation.state")[:, 0]
@@ -78,7 +78,7 @@ def _look_at(dataset: NavDataset) -> None:
     gravity = np.linalg.norm(dataset.column("observation.imu")[dataset.column("valid.imu"), :3], axis=1)
     assert np.median(gravity) == pytest.approx(9.7, abs=0.4)
     # the photos are sharp and bright, the one RELLIS-3D cloud is the same throughout
-    assert (dataset.column("observation.reliability.image")[dataset.column("valid.image")] > 0.1).all()
+    assert (dataset.column("observation.reliability.camera")[dataset.column("valid.camera")] > 0.1).all()
     calibration = dataset.calibration(0)
     assert calibration.camera is not None
     assert calibration.camera.fx == pytest.approx(2813.643275 / 6)

@@ -85,7 +85,7 @@ def test_the_papers_settings_are_the_defaults() -> None:
         (["fbs=5"], "fbs"),
         (["fps=many"], "many"),
         (["fps=0"], "0 Hz is outside"),
-        (["sync.image.tolerance_s=-1"], "image.tolerance_s"),
+        (["sync.camera.tolerance_s=-1"], "camera.tolerance_s"),
         (["robot.base_height_m=90"], "base_height_m"),
         (["robot=unknown"], "husky"),
         (["fps"], "fps"),

@@ -145,7 +145,7 @@ DAMAGE: dict[str, tuple[Damage, tuple[str, str], str]] = {
         "no statistics of",
     ),
     "wrong type": (
-        lambda root: _retype(root, "observation.reliability.image", pa.float64()),
+        lambda root: _retype(root, "observation.reliability.camera", pa.float64()),
         ("FAIL", "files"),
         "columns differ from the schema's",
     ),
@@ -203,7 +203,7 @@ DAMAGE: dict[str, tuple[Damage, tuple[str, str], str]] = {
         "6 values are NaN or infinite",
     ),
     "reliability": (
-        lambda root: _change(root, "observation.reliability.image", _at(3, 1.5)),
+        lambda root: _change(root, "observation.reliability.camera", _at(3, 1.5)),
         ("FAIL", "values"),
         "1 values are outside 0 to 1",
     ),

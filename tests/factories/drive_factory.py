@@ -18,8 +18,8 @@ Entry = tuple[str, str, int, dict[str, Any]]
 START_NS = 1_700_000_000_000_000_000
 RECORD_DELAY_NS = 3_000_000
 JOINTS = ("front_left", "front_right")
-STREAMS = ("image", "lidar", "odometry", "imu", "joints", "battery", "command", "intervention", "tf")
-REAR = ("image.rear", "lidar.rear")
+STREAMS = ("camera", "lidar", "odometry", "imu", "joints", "battery", "command", "intervention", "tf")
+REAR = ("camera.rear", "lidar.rear")
 """A second camera at 10 Hz, on /rear_camera, and a second LiDAR at 5 Hz, on /rear_points; only where they are asked."""
 NATIVE = (128, 96)
 
@@ -86,7 +86,7 @@ def drive(
     quaternion = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
     optical = {"x": -0.5, "y": 0.5, "z": -0.5, "w": 0.5}
     mounts = [("base_link", "camera_optical", 0.2, 0.4, optical), ("base_link", "lidar", 0.0, 0.6, quaternion)]
-    if "image.rear" in streams:
+    if "camera.rear" in streams:
         mounts.append(("base_link", "rear_optical", -0.3, 0.4, {"x": 0.5, "y": 0.5, "z": -0.5, "w": -0.5}))
     transforms = [
         {
@@ -108,7 +108,7 @@ def drive(
         "p": np.array([focal, 0, NATIVE[0] / 2 - 0.5, 0, 0, focal, NATIVE[1] / 2 - 0.5, 0, 0, 0, 1, 0]),
     }
     add(
-        "image",
+        "camera",
         "/camera/camera_info",
         "sensor_msgs/msg/CameraInfo",
         START_NS,
@@ -116,15 +116,15 @@ def drive(
     )
     for number, _, stamp in every(15):
         fields = {**_header(stamp, "camera_optical", ros1=ros1), "format": "jpeg", "data": _jpeg(number, seed)}
-        add("image", "/camera/image_raw/compressed", "sensor_msgs/msg/CompressedImage", stamp, fields)
+        add("camera", "/camera/image_raw/compressed", "sensor_msgs/msg/CompressedImage", stamp, fields)
     for number, _, stamp in every(10, 0.02):
         fields = {**_header(stamp, "lidar", ros1=ros1), **_cloud(number, seed)}
         add("lidar", "/points", "sensor_msgs/msg/PointCloud2", stamp, fields)
     info = {**_header(START_NS, "rear_optical", ros1=ros1), **camera}
-    add("image.rear", "/rear_camera/camera_info", "sensor_msgs/msg/CameraInfo", START_NS, info)
+    add("camera.rear", "/rear_camera/camera_info", "sensor_msgs/msg/CameraInfo", START_NS, info)
     for number, _, stamp in every(10, 0.01):
         fields = {**_header(stamp, "rear_optical", ros1=ros1), "format": "jpeg", "data": _jpeg(number, seed + 100)}
-        add("image.rear", "/rear_camera/image_raw/compressed", "sensor_msgs/msg/CompressedImage", stamp, fields)
+        add("camera.rear", "/rear_camera/image_raw/compressed", "sensor_msgs/msg/CompressedImage", stamp, fields)
     for number, _, stamp in every(5, 0.03):
         fields = {**_header(stamp, "rear_lidar", ros1=ros1), **_cloud(number, seed + 100)}
         add("lidar.rear", "/rear_points", "sensor_msgs/msg/PointCloud2", stamp, fields)

@@ -10,7 +10,7 @@ from robot_messages import OTHER_TYPES, Make, spot_joints
 from navtool.datasets.robot.config import RobotConfig
 
 DRIVE = {
-    "image": "/camera/image_raw/compressed",
+    "camera": "/camera/image_raw/compressed",
     "camera_info": "/camera/camera_info",
     "lidar": "/points",
     "odometry": "/odom",

@@ -52,6 +52,6 @@ def fill_caches(source: NavSource, rows: Sequence[int], limit_mib: int) -> Sampl
     """Hold clouds, then images of the rows within a limit: a cloud is half an image's size and takes longer to read."""
     chosen = np.asarray(rows, dtype=np.int64)
     scanned = chosen[column_or(source, "valid.lidar", 0.0)[chosen].astype(np.bool_)]
-    seen = chosen[column_or(source, "valid.image", 0.0)[chosen].astype(np.bool_)]
+    seen = chosen[column_or(source, "valid.camera", 0.0)[chosen].astype(np.bool_)]
     clouds = RowCache(source.points, scanned.tolist(), limit_mib * _MIB)
     return SampleCaches(clouds, RowCache(source.image, seen.tolist(), limit_mib * _MIB - clouds.nbytes))

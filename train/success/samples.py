@@ -66,9 +66,9 @@ class SampleDataset(Samples[Sample]):
         self._image_valid, self._cloud_valid, self._r_img, self._r_point, self._count = (
             column_or(source, name, 0.0)
             for name in (
-                "valid.image",
+                "valid.camera",
                 "valid.lidar",
-                "observation.reliability.image",
+                "observation.reliability.camera",
                 "observation.reliability.cloud",
                 "observation.lidar.count",
             )

@@ -166,7 +166,7 @@ def _reasons(
     return {
         "no_state": ~state[rows.row],
         "history_gap": gaps[rows.row + 1] > gaps[oldest],
-        "no_image": ~_flags(source, "valid.image")[rows.row] & strict,
+        "no_image": ~_flags(source, "valid.camera")[rows.row] & strict,
         "no_cloud": ~_flags(source, "valid.lidar")[rows.row] & strict,
         "no_calibration": ~np.array([drawable[index] for index in rows.episode.tolist()], dtype=np.bool_),
     }

@@ -164,17 +164,17 @@ def _write(path: Path, encoding: str, entries: list[Any]) -> Path:
 def test_a_drive_in_foxglove_schemas_becomes_the_same_rows(
     encoding: str, write_recording: Callable[..., Path], drive_entries: Callable[..., Any], tmp_path: Path
 ) -> None:
-    entries = drive_entries(2.0, crash=False, streams=("image", "lidar", "odometry", "tf"))
+    entries = drive_entries(2.0, crash=False, streams=("camera", "lidar", "odometry", "tf"))
     robot = RobotConfig(topics=TopicCandidates(odometry=["/odom"]))
     ingest([write_recording("mcap", entries)], tmp_path / "ros", robot, IngestConfig())
     translated = [found for entry in entries if (found := _as_foxglove(entry))]
     path = _write(tmp_path / f"{encoding}.mcap", encoding, translated)
     report = ingest([path], tmp_path / "foxglove", robot, IngestConfig())
     assert report.quarantined == []
-    assert report.episodes[0].topics["image"] == "/camera/image_raw/compressed"
+    assert report.episodes[0].topics["camera"] == "/camera/image_raw/compressed"
     ros, other = NavDataset(tmp_path / "ros"), NavDataset(tmp_path / "foxglove")
     assert len(ros) == len(other)
-    for column in ("observation.timestamp_ns", "observation.reliability.image", "observation.reliability.cloud"):
+    for column in ("observation.timestamp_ns", "observation.reliability.camera", "observation.reliability.cloud"):
         np.testing.assert_array_equal(ros.column(column), other.column(column))
     np.testing.assert_array_equal(ros.points(7), other.points(7))
     np.testing.assert_array_equal(ros.image(7), other.image(7))

@@ -141,8 +141,8 @@ def test_a_wrong_stamp_or_a_silent_hour_is_refused_and_record_time_is_the_cure(
     path = write_recording("mcap", bursts)
     report = ingest([path], tmp_path / "out", RobotConfig(), IngestConfig())
     (found,) = report.quarantined
-    assert "image: silence of 10485" in found.reason
-    assert "sync.image.clock=record" in found.reason
+    assert "camera: silence of 10485" in found.reason
+    assert "sync.camera.clock=record" in found.reason
     assert not (tmp_path / "out").exists()
     later = [(t, k, at + 2 * HOUR_NS * (at > entries[0][2] + 3 * 10**9), f) for t, k, at, f in drive_entries(6.0)]
     unstamped = [(t, k, at, f | ({"header": {}} if "header" in f else {})) for t, k, at, f in later]
@@ -154,7 +154,7 @@ def test_a_stream_of_the_grid_may_pause_for_hours_while_another_goes_on(
     drive_entries: Callable[..., Entries], survive: Survive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("navtool.datasets.ingest.grid.MOST_PAUSE_S", 5.0)
-    entries = drive_entries(2.0, streams=("image", "odometry"))
+    entries = drive_entries(2.0, streams=("camera", "odometry"))
     first_ns = entries[0][2]
     stretched = [(t, k, at + (at - first_ns > 10**9) * 12 * 10**9, f | {"header": {}}) for t, k, at, f in entries]
     _, kind, _, fields = next(entry for entry in entries if entry[0] == "/odom")

@@ -69,7 +69,7 @@ def test_a_dry_run_for_a_new_data_set_takes_the_first_recording_for_all(
     planned = ingest(paths, out, RobotConfig(), IngestConfig(), dry_run=True)
     assert not out.exists()
     assert [Path(entry.path).name for entry in planned.quarantined] == ["b"]
-    assert "lacks image" in planned.quarantined[0].reason
+    assert "lacks camera" in planned.quarantined[0].reason
 
 
 def test_a_dry_run_waits_for_no_interrupted_step(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ def test_a_recording_that_lacks_streams_is_refused_or_marked(
 ) -> None:
     out = tmp_path / "out"
     ingested([write_recording("mcap", drive_entries(), name="full")], out)
-    poor = write_recording("mcap", drive_entries(seed=3, streams=("odometry", "image")), name="poor")
+    poor = write_recording("mcap", drive_entries(seed=3, streams=("odometry", "camera")), name="poor")
     refused = ingested([poor], out)
     assert "lacks lidar, imu, joints, battery" in refused.quarantined[0].reason
     assert len(NavDataset(out)) == 30
@@ -67,9 +67,9 @@ def test_undecodable_messages_are_counted_and_marked(
     ]
     out = tmp_path / "out"
     report = ingested([write_recording("mcap", broken)], out)
-    lost = int((~NavDataset(out).column("valid.image")).sum())
+    lost = int((~NavDataset(out).column("valid.camera")).sum())
     assert lost > 0
-    assert report.dropped["image: cannot be decoded"] == lost
+    assert report.dropped["camera: cannot be decoded"] == lost
     assert check_dataset(out).passed
 
 
@@ -151,7 +151,7 @@ def test_a_recording_that_fails_late_leaves_nothing_to_the_next(
     write_recording: Write, drive_entries: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = write_recording("mcap", drive_entries(seed=1), name="a")
-    rest = ("image", "lidar", "odometry", "imu", "joints", "battery", "tf")
+    rest = ("camera", "lidar", "odometry", "imu", "joints", "battery", "tf")
     second = write_recording("mcap", drive_entries(seed=2, streams=rest), name="b")
 
     def fail_once(*arguments: Any) -> None:

@@ -16,7 +16,7 @@ from navtool.datasets.robot.config import RobotConfig
 CHUNKED = {"ros1_bz2": "ros1_bz2", "ros1_lz4": "ros1_lz4", "mcap_zstd": "mcap_small_chunks", "mcap_lz4": "mcap_lz4"}
 """By container and compression, what the factory calls them; as its writers let the size of chunks be chosen."""
 CHUNK_BYTES = 1 << 14
-STREAMS = ("image", "lidar", "odometry", "imu", "joints", "tf")
+STREAMS = ("camera", "lidar", "odometry", "imu", "joints", "tf")
 NUMBERS = [6, pytest.param(300, marks=pytest.mark.slow)]
 
 

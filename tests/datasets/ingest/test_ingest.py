@@ -61,8 +61,8 @@ def test_values_are_those_of_the_drive(write_recording: Write, drive_entries: Dr
     assert not dataset.column("label.known").any()
     # 45 frames at 15 Hz serve 30 ticks; every message is in a row or counted with a reason
     assert report.dropped == {
-        "image: another message is nearer to the tick": 14,
-        "image: outside the grid": 1,
+        "camera: another message is nearer to the tick": 14,
+        "camera: outside the grid": 1,
     }
     assert check_dataset(out).passed
 
@@ -134,10 +134,10 @@ def test_later_commands_append_and_known_recordings_are_skipped(
 
 
 def test_named_topics_are_not_replaced_by_guesses(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
-    robot = RobotConfig(topics=TopicCandidates(image=["none"], lidar=["/absent"]))
+    robot = RobotConfig(topics=TopicCandidates(camera=["none"], lidar=["/absent"]))
     report = ingested([write_recording("mcap", drive_entries())], tmp_path / "out", robot=robot)
     episode = report.episodes[0]
-    assert "image" not in episode.topics
+    assert "camera" not in episode.topics
     assert "lidar" not in episode.topics
     assert "/absent" in noted(episode.notes, "topics.none-of-them")[0]
     assert {"/points", "/camera/image_raw/compressed"} <= {topic["name"] for topic in episode.not_used}
@@ -159,8 +159,8 @@ def test_rows_begin_with_the_first_measured_speed(write_recording: Write, drive_
     dataset = NavDataset(out)
     assert len(dataset) == 25
     assert dataset.column("valid.state").all()
-    assert report.dropped["image: outside the grid"] > 0
-    frames = dataset.column("sync.error_s.image")
+    assert report.dropped["camera: outside the grid"] > 0
+    frames = dataset.column("sync.error_s.camera")
     assert np.abs(frames).max() < 0.04, "the ticks keep the camera's phase"
 
 

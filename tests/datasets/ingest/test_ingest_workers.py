@@ -68,7 +68,7 @@ def test_the_first_recording_may_fail_late_with_workers(
     write_recording: Write, drive_entries: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rich = write_recording("mcap", drive_entries(seed=1), name="a")
-    poor = write_recording("mcap", drive_entries(seed=2, streams=("image", "odometry", "command")), name="b")
+    poor = write_recording("mcap", drive_entries(seed=2, streams=("camera", "odometry", "command")), name="b")
 
     def fail_on_a(path: Path, *rest: Any) -> Any:
         if path.stem == "a":

@@ -14,7 +14,7 @@ from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.robot.config import RobotConfig
 
-STREAMS = ("image", "odometry", "command")
+STREAMS = ("camera", "odometry", "command")
 
 
 @pytest.mark.slow

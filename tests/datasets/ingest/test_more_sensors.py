@@ -62,7 +62,7 @@ def test_every_container_gives_the_same_cameras_and_clouds(
     assert list(found.features) == list(expected.features)
     for row in (0, 11, 29):
         np.testing.assert_array_equal(found.image(row, "rear"), expected.image(row, "rear"))
-    for key in ("valid.image.rear", "sync.error_s.image.rear", "observation.reliability.image.rear"):
+    for key in ("valid.camera.rear", "sync.error_s.camera.rear", "observation.reliability.camera.rear"):
         np.testing.assert_array_equal(found.column(key), expected.column(key), err_msg=key)
     clouds, same = list(found.clouds(0, "rear")), list(expected.clouds(0, "rear"))
     assert len(clouds) == len(same) == 15
@@ -74,22 +74,22 @@ def test_every_container_gives_the_same_cameras_and_clouds(
 def test_the_second_camera_has_its_own_columns_values_and_pose(both: Path, drive_entries: Drive) -> None:
     dataset = NavDataset(both)
     assert dataset.features["observation.images.rear"] == dataset.features["observation.images.front"]
-    assert dataset.column("valid.image.rear").all()
-    np.testing.assert_allclose(dataset.column("sync.error_s.image.rear"), 0.01, atol=1e-6)
+    assert dataset.column("valid.camera.rear").all()
+    np.testing.assert_allclose(dataset.column("sync.error_s.camera.rear"), 0.01, atol=1e-6)
     recorded = [fields for topic, _, _, fields in drive_entries(streams=ALL) if topic.startswith("/rear_camera/image")]
     for row in (0, 17, 29):
         raw = _rgb(recorded[row]["data"])
         whole, brightness, corners = image_reliability(raw, ImageReliabilityConfig())
         found = [
             dataset.column(f"observation.reliability.{name}.rear")[row]
-            for name in ("image", "image_brightness", "image_corners")
+            for name in ("camera", "camera_brightness", "camera_corners")
         ]
         np.testing.assert_allclose(found, [whole, brightness, corners], rtol=1e-6)
         small = _small(raw)
         assert np.abs(dataset.image(row, "rear").astype(int) - small).mean() < 8, "the video is that of this camera"
         assert np.abs(dataset.image(row).astype(int) - small).mean() > 20
     calibration = dataset.calibration(0)
-    pose, camera = calibration.poses()["image.rear"], calibration.camera_of("image.rear")
+    pose, camera = calibration.poses()["camera.rear"], calibration.camera_of("camera.rear")
     assert pose is not None
     np.testing.assert_allclose(pose[:3, :3] @ [0, 0, 1], [-1, 0, 0], atol=1e-9, err_msg="it looks backwards")
     np.testing.assert_allclose(pose[:3, 3], [-0.3, 0, 0.4])
@@ -97,7 +97,7 @@ def test_the_second_camera_has_its_own_columns_values_and_pose(both: Path, drive
     assert camera.fx == pytest.approx(0.8 * 320)
     assert calibration.recorded.camera_infos["rear"].camera.width == NATIVE[0]
     assert calibration.sources["camera.rear"].startswith("the recording's CameraInfo")
-    assert calibration.recorded.frames["image.rear"] == "rear_optical"
+    assert calibration.recorded.frames["camera.rear"] == "rear_optical"
 
 
 def _rgb(jpeg: Any) -> Any:
@@ -136,11 +136,11 @@ def test_the_first_sensors_are_as_without_others(
     one, two = NavDataset(tmp_path / "one"), NavDataset(both)
     assert set(two.features) - set(one.features) == {
         "observation.images.rear",
-        "observation.reliability.image.rear",
-        "observation.reliability.image_brightness.rear",
-        "observation.reliability.image_corners.rear",
-        "sync.error_s.image.rear",
-        "valid.image.rear",
+        "observation.reliability.camera.rear",
+        "observation.reliability.camera_brightness.rear",
+        "observation.reliability.camera_corners.rear",
+        "sync.error_s.camera.rear",
+        "valid.camera.rear",
     }
     for key, feature in one.features.items():
         if feature.dtype != "video" and len(feature.shape) == 1:
@@ -186,18 +186,18 @@ def test_a_recording_without_them_is_refused_or_taken_as_not_valid(
     shutil.copytree(both, tmp_path / "out")
     lacking = write_recording("mcap", drive_entries(seed=1), name="lacking")
     (refused,) = ingested([lacking], tmp_path / "out", robot=ROBOT).quarantined
-    assert "lacks image.rear, lidar.rear, which the data set has" in refused.reason
+    assert "lacks camera.rear, lidar.rear, which the data set has" in refused.reason
     (refused,) = ingested([lacking], tmp_path / "new", robot=ROBOT).quarantined
-    assert "lacks image.rear, lidar.rear" in refused.reason, "the first recording lacks what the robot file names"
+    assert "lacks camera.rear, lidar.rear" in refused.reason, "the first recording lacks what the robot file names"
     ingested([lacking], tmp_path / "new", robot=ROBOT, allow_missing=True)
     assert NavDataset(tmp_path / "new").features == NavDataset(both).features
-    assert not NavDataset(tmp_path / "new").column("valid.image.rear").any()
+    assert not NavDataset(tmp_path / "new").column("valid.camera.rear").any()
     (taken,) = ingested([lacking], tmp_path / "out", robot=ROBOT, allow_missing=True).episodes
-    assert noted(taken.notes, "topics.none-of-them")[0].startswith("image.rear: ")
+    assert noted(taken.notes, "topics.none-of-them")[0].startswith("camera.rear: ")
     dataset = NavDataset(tmp_path / "out")
     rows = slice(dataset.episodes[1].start, dataset.episodes[1].stop)
-    assert not dataset.column("valid.image.rear")[rows].any()
-    assert not dataset.column("observation.reliability.image.rear")[rows].any()
+    assert not dataset.column("valid.camera.rear")[rows].any()
+    assert not dataset.column("observation.reliability.camera.rear")[rows].any()
     assert not dataset.image(rows.start, "rear").any()
     assert list(dataset.clouds(1, "rear")) == []
     assert check_dataset(tmp_path / "out").passed
@@ -209,8 +209,8 @@ def test_what_a_data_set_of_one_camera_leaves_out_is_said(
     ingested([write_recording("mcap", drive_entries(), name="first")], tmp_path / "out")
     recording = write_recording("mcap", drive_entries(streams=ALL, seed=1), name="second")
     (episode,) = ingested([recording], tmp_path / "out", robot=ROBOT).episodes
-    assert noted(episode.notes, "contents.left-out")[0].startswith("image.rear, lidar.rear: ")
-    assert "valid.image.rear" not in NavDataset(tmp_path / "out").features
+    assert noted(episode.notes, "contents.left-out")[0].startswith("camera.rear, lidar.rear: ")
+    assert "valid.camera.rear" not in NavDataset(tmp_path / "out").features
 
 
 def test_images_that_cannot_be_decoded_are_counted_by_camera(
@@ -221,10 +221,10 @@ def test_images_that_cannot_be_decoded_are_counted_by_camera(
     for fields in images[7:9]:
         fields["data"] = fields["data"][:5]
     (episode,) = ingested([write_recording("mcap", entries)], tmp_path / "out", robot=ROBOT).episodes
-    assert episode.dropped["image.rear: cannot be decoded"] == 2
+    assert episode.dropped["camera.rear: cannot be decoded"] == 2
     dataset = NavDataset(tmp_path / "out")
-    assert np.flatnonzero(~dataset.column("valid.image.rear")).tolist() == [7, 8]
-    assert dataset.column("valid.image").all()
+    assert np.flatnonzero(~dataset.column("valid.camera.rear")).tolist() == [7, 8]
+    assert dataset.column("valid.camera").all()
     assert dataset.image(7, "rear").mean() < 1, "black, as far as the codec keeps it"
 
 
@@ -234,11 +234,11 @@ def test_a_further_sensors_time_is_set_by_its_name(
     recording = write_recording("mcap", drive_entries(streams=ALL))
     sync = SyncConfig(cameras={"rear": FurtherSync(method=Method.hold, tolerance_s=0.5)})
     (episode,) = ingested([recording], tmp_path / "out", robot=ROBOT, config=IngestConfig(sync=sync)).episodes
-    assert (episode.sync["streams"]["image.rear"]["method"], episode.sync["streams"]["image"]["method"]) == (
+    assert (episode.sync["streams"]["camera.rear"]["method"], episode.sync["streams"]["camera"]["method"]) == (
         "hold",
         "nearest",
     )
-    assert NavDataset(tmp_path / "out").column("sync.error_s.image.rear")[5] == pytest.approx(-0.09, abs=1e-6)
+    assert NavDataset(tmp_path / "out").column("sync.error_s.camera.rear")[5] == pytest.approx(-0.09, abs=1e-6)
     with pytest.raises(DatasetsError, match=r"has sync.cameras.rear.clock=auto, asked for none"):
         ingested([recording], tmp_path / "out", robot=ROBOT)
     with pytest.raises(DatasetsError, match=r"has no sync.cameras.rear.clock, asked for auto"):
@@ -248,12 +248,12 @@ def test_a_further_sensors_time_is_set_by_its_name(
 
 
 def test_a_rear_camera_alone_makes_a_data_set(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
-    recording = write_recording("mcap", drive_entries(streams=("image.rear", "odometry", "tf")))
+    recording = write_recording("mcap", drive_entries(streams=("camera.rear", "odometry", "tf")))
     (episode,) = ingested([recording], tmp_path / "out", robot=ROBOT, allow_missing=True).episodes
     dataset = NavDataset(tmp_path / "out")
-    assert episode.sync["grid_stream"] == "image.rear"
+    assert episode.sync["grid_stream"] == "camera.rear"
     assert "observation.images.front" not in dataset.features
-    assert dataset.column("valid.image.rear").all()
+    assert dataset.column("valid.camera.rear").all()
     with pytest.raises(DatasetsError, match="has no camera 'front'") as raised:
         dataset.image(0)
     assert raised.value.cure == "known are rear"
@@ -279,7 +279,7 @@ def test_check_finds_a_changed_video_and_unknown_geometry(
     (episode,) = ingested(
         [write_recording("mcap", drive_entries(streams=streams))], tmp_path / "out", robot=robot
     ).episodes
-    assert "image.rear: no transform from the base frame to rear_optical and no mounting" in "".join(
+    assert "camera.rear: no transform from the base frame to rear_optical and no mounting" in "".join(
         noted(episode.notes, "sensor.no-pose")
     )
     video = NavDataset(tmp_path / "out").layout.video(0, "observation.images.rear")
@@ -297,7 +297,7 @@ def test_a_calibration_from_the_robot_file_stands_in(
     robot = RobotConfig(cameras={"rear": replace(CAMERA, calibration=fallback)}, lidars={"rear": LIDAR})
     ingested([write_recording("mcap", entries)], tmp_path / "out", robot=robot)
     calibration = NavDataset(tmp_path / "out").calibration(0)
-    camera = calibration.camera_of("image.rear")
+    camera = calibration.camera_of("camera.rear")
     assert camera is not None
     assert camera.fx == pytest.approx(250)
     assert calibration.sources["camera.rear"] == "robot robot: cameras.rear.calibration"
@@ -308,9 +308,9 @@ def test_inspect_proposes_them_and_the_written_robot_file_reads_them(
 ) -> None:
     recording = write_recording("mcap", drive_entries(streams=ALL))
     inspection = inspect_recording(recording)
-    assert inspection.topic_map.streams["image"] == "/camera/image_raw/compressed"
+    assert inspection.topic_map.streams["camera"] == "/camera/image_raw/compressed"
     assert inspection.topic_map.further == {
-        "image.rear": "/rear_camera/image_raw/compressed",
+        "camera.rear": "/rear_camera/image_raw/compressed",
         "lidar.rear": "/rear_points",
     }
     assert json.loads(json.dumps(inspection.to_json()))["topic_map"]["further"]["lidar.rear"] == "/rear_points"

@@ -106,7 +106,7 @@ def test_a_second_reading_that_fails_is_counted_as_far_as_it_came(
     write_recording: Write, drive_entries: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rich = write_recording("mcap", drive_entries(seed=1), name="a")
-    poor = write_recording("mcap", drive_entries(seed=2, streams=("image", "odometry", "command")), name="b")
+    poor = write_recording("mcap", drive_entries(seed=2, streams=("camera", "odometry", "command")), name="b")
 
     def fail_on_a(path: Path, *rest: Any) -> Any:
         result = segment_step(path, *rest)

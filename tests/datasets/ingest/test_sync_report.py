@@ -31,8 +31,8 @@ def _report(path: Path, out: Path, config: IngestConfig | None = None) -> dict[s
 
 def test_methods_rates_and_errors(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
     streams = _report(write_recording("mcap", drive_entries(21.0)), tmp_path / "out")["streams"]
-    assert streams["image"]["method"] == "nearest"
-    assert streams["image"]["tolerance_s"] == 0.06
+    assert streams["camera"]["method"] == "nearest"
+    assert streams["camera"]["tolerance_s"] == 0.06
     assert "slerp" in streams["odometry"]["method"]
     assert streams["battery"]["method"] == "hold"
     assert streams["imu"]["rate_hz"] == pytest.approx(100, rel=1e-3)
@@ -67,7 +67,7 @@ def test_gaps_delays_and_drift_are_found(write_recording: Write, drive_entries: 
     assert streams["joints"]["ticks_served"] >= 208
     picture = ElementTree.parse(NavDataset(tmp_path / "out").layout.episode(0) / "sync.svg").getroot()  # noqa: S314
     texts = [element.text or "" for element in picture.iter("{http://www.w3.org/2000/svg}text")]
-    assert {"image", "lidar", "odometry", "joints"} <= set(texts)
+    assert {"camera", "lidar", "odometry", "joints"} <= set(texts)
     lost = [element for element in picture.iter("{http://www.w3.org/2000/svg}rect") if element.get("class") == "lost"]
     assert len(lost) >= 1, "the pause of the lidar is drawn"
     assert not any(reason.startswith("joints") for reason in report["dropped"])
@@ -85,14 +85,14 @@ def test_a_stepping_clock_loses_no_row(write_recording: Write, drive_entries: Dr
     path = write_recording("mcap", [stepped(entry) for entry in drive_entries(8.0)], name="stepped")
     report = _report(path, tmp_path / "out")
     assert report["ticks"] == straight["ticks"]
-    for name in ("image", "lidar", "odometry", "joints"):
+    for name in ("camera", "lidar", "odometry", "joints"):
         stream = report["streams"][name]
         (step,) = stream["clock_steps"]
         assert step["by_s"] == pytest.approx(-100, abs=0.01)
         assert step["at_s"] == pytest.approx(4, abs=0.2)
         assert stream["ticks_served"] == straight["streams"][name]["ticks_served"]
     assert report["streams"]["imu"]["clock_steps"] == []
-    assert any(note.startswith("image: the header clock stepped once") for note in report["notes"])
+    assert any(note.startswith("camera: the header clock stepped once") for note in report["notes"])
 
 
 def test_the_clock_of_a_stream_can_be_set(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
@@ -111,12 +111,12 @@ def test_the_clock_of_a_stream_can_be_set(write_recording: Write, drive_entries:
 def test_the_method_of_a_stream_can_be_set(write_recording: Write, drive_entries: Drive, tmp_path: Path) -> None:
     path = write_recording("mcap", drive_entries(4.0))
     held = StreamSync(method=Method.hold, tolerance_s=0.2)
-    config = IngestConfig(sync=SyncConfig(image=held, joints=held, odometry=held))
+    config = IngestConfig(sync=SyncConfig(camera=held, joints=held, odometry=held))
     streams = _report(path, tmp_path / "held", config)["streams"]
-    assert [streams[name]["method"] for name in ("image", "joints", "odometry")] == ["hold", "hold", "hold"]
-    assert [streams[name]["tolerance_s"] for name in ("image", "joints", "odometry")] == [0.2, 0.2, 0.2]
+    assert [streams[name]["method"] for name in ("camera", "joints", "odometry")] == ["hold", "hold", "hold"]
+    assert [streams[name]["tolerance_s"] for name in ("camera", "joints", "odometry")] == [0.2, 0.2, 0.2]
     dataset = NavDataset(tmp_path / "held")
-    for name in ("image", "joints", "state"):
+    for name in ("camera", "joints", "state"):
         valid, error_s = dataset.column(f"valid.{name}"), dataset.column(f"sync.error_s.{name}")
         assert valid.sum() > 30
         assert (error_s[valid] <= 0).all(), "nothing of the future"

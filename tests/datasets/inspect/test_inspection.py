@@ -96,7 +96,7 @@ def test_the_json_has_the_promised_keys_and_only_plain_values(tmp_path: Path) ->
     assert {"name", "type", "count", "rate_hz", "gap_max_s"} <= set(told["topics"][0])
     assert told["topic_map"]["imu"] == "/imu"
     assert told["topic_map"]["intervention"] == "/e_stop"
-    assert told["topic_map"]["image"] is None
+    assert told["topic_map"]["camera"] is None
     assert told["topic_map"]["not_used"] == []
 
 
@@ -145,7 +145,7 @@ def test_an_imu_whose_stamps_run_backwards_is_told_from_the_good_one(recordings:
     ("name", "streams"),
     [
         ("husky_sim_joint_odom/le_bag", {"odometry", "joints", "command"}),
-        ("amber_soccer_goal/soccer_goal_12.mcap", {"image"}),
+        ("amber_soccer_goal/soccer_goal_12.mcap", {"camera"}),
         ("ouster_raw/512x10_raw.bag", set()),
         ("rosbag_js/no-messages.bag", set()),
         ("plotjuggler/rosbag2_test", {"imu", "battery"}),

@@ -45,9 +45,9 @@ def test_poses_chain_in_both_directions_and_leading_slashes_do_not_matter() -> N
 
 def test_tf_wins_over_the_mounting_and_the_rest_stays_unknown() -> None:
     robot = RobotConfig(mounting={"lidar": Mounting(xyz_m=[9.0, 9.0, 9.0]), "imu": Mounting(xyz_m=[0.0, 0.0, 0.5])})
-    frames = {"image": "camera", "lidar": "lidar", "imu": "imu_link"}
+    frames = {"camera": "camera", "lidar": "lidar", "imu": "imu_link"}
     found = calibrate(
-        robot, RecordedGeometry(frames, tuple(TREE)), {"image": CameraImages("/image", (640, 480), SMALL)}
+        robot, RecordedGeometry(frames, tuple(TREE)), {"camera": CameraImages("/image", (640, 480), SMALL)}
     )
     assert found.base_lidar is not None
     assert found.base_lidar[2, 3] == 1.0
@@ -77,7 +77,7 @@ def _info(rectified: float) -> CameraInfoSample:
 )
 def test_a_rectified_image_is_projected_without_distortion(topic: str, focal: float, distorted: bool) -> None:
     recorded = RecordedGeometry(camera_info=_info(400.0))
-    found = calibrate(RobotConfig(), recorded, {"image": CameraImages(topic, (640, 480), SMALL)})
+    found = calibrate(RobotConfig(), recorded, {"camera": CameraImages(topic, (640, 480), SMALL)})
     assert found.camera is not None
     assert (found.camera.width, found.camera.height) == (320, 240)
     assert found.camera.fx == pytest.approx(focal)
@@ -87,7 +87,7 @@ def test_a_rectified_image_is_projected_without_distortion(topic: str, focal: fl
 def test_a_rectified_image_without_a_projection_is_projected_by_its_intrinsics() -> None:
     info = replace(_info(400.0), projection=np.zeros((3, 4)))
     found = calibrate(
-        RobotConfig(), RecordedGeometry(camera_info=info), {"image": CameraImages("/image_rect", None, SMALL)}
+        RobotConfig(), RecordedGeometry(camera_info=info), {"camera": CameraImages("/image_rect", None, SMALL)}
     )
     assert found.camera == replace(info.camera, distortion_model="none", distortion=()).scaled_to(320, 240)
     assert "no projection matrix" in found.sources["camera"]
@@ -96,7 +96,7 @@ def test_a_rectified_image_without_a_projection_is_projected_by_its_intrinsics()
 def test_the_robots_camera_stands_in_and_everything_reads_back_equal(tmp_path: Path) -> None:
     robot = RobotConfig(camera=CameraFallback(width=1920, height=1200, fx=2813.6, fy=2808.3, cx=969.3, cy=625.9))
     recorded = RecordedGeometry({"lidar": "lidar"}, tuple(TREE))
-    found = calibrate(robot, recorded, {"image": CameraImages("/image", (1920, 1200), SMALL)})
+    found = calibrate(robot, recorded, {"camera": CameraImages("/image", (1920, 1200), SMALL)})
     assert found.camera is not None
     assert found.camera.fx == pytest.approx(2813.6 / 6)
     write_json(tmp_path / "calibration.json", found.to_json())
@@ -113,7 +113,7 @@ def test_the_robots_camera_stands_in_and_everything_reads_back_equal(tmp_path: P
 
 def test_the_camera_is_kept_as_it_was_calibrated(tmp_path: Path) -> None:
     recorded = RecordedGeometry(camera_info=_info(400.0))
-    found = calibrate(RobotConfig(), recorded, {"image": CameraImages("/image_raw", (640, 480), SMALL)})
+    found = calibrate(RobotConfig(), recorded, {"camera": CameraImages("/image_raw", (640, 480), SMALL)})
     write_json(tmp_path / "calibration.json", found.to_json())
     info = read_calibration(tmp_path / "calibration.json").recorded.camera_info
     assert info is not None

@@ -20,7 +20,7 @@ THREE = st.lists(FINITE, min_size=3, max_size=3)
 ROBOTS = st.fixed_dictionaries(
     {
         "name": NAMES,
-        "topics": st.fixed_dictionaries({"image": st.lists(NAMES, max_size=2), "command": st.just(["none"])}),
+        "topics": st.fixed_dictionaries({"camera": st.lists(NAMES, max_size=2), "command": st.just(["none"])}),
     },
     optional={
         "base_height_m": st.floats(0.0, 5.0),
@@ -39,7 +39,7 @@ ROBOTS = st.fixed_dictionaries(
             }
         ),
         "mounting": st.dictionaries(
-            st.sampled_from(["image", "lidar", "imu"]), st.fixed_dictionaries({"xyz_m": THREE, "rpy_rad": THREE})
+            st.sampled_from(["camera", "lidar", "imu"]), st.fixed_dictionaries({"xyz_m": THREE, "rpy_rad": THREE})
         ),
     },
 )
@@ -68,6 +68,8 @@ def test_a_file_needs_only_what_differs(tmp_path: Path) -> None:
     [
         ("naem: husky", "did you mean 'name'"),
         ("topics: {lidr: [/points]}", "topics.lidr: there is no such key (did you mean 'lidar'?)"),
+        ("topics: {image: [/front]}", "topics.image: there is no such key (did you mean 'camera'?)"),
+        ("mounting: {image: {xyz_m: [0, 0, 0]}}", "mounting: unknown sensors image (did you mean 'camera'?)"),
         ("width_m: wide", "width_m: wanted a number, got the text 'wide'"),
         ("width_m: true", "width_m: wanted a number, got True"),
         ("width_m: -1", "-1 m is outside (0, 5] m"),
@@ -101,7 +103,7 @@ def test_a_file_needs_only_what_differs(tmp_path: Path) -> None:
         ("lidars: {roof: {topics: [/a], camera_info: [/b]}}", "lidars.roof.camera_info: there is no such key"),
         ("cameras: {rear: {topics: [/a], mounting: {rpy_rad: [0, 0, 90]}}}", "radians, not degrees"),
         ("cameras: {rear: {topics: [/a]}, rear: {topics: [/b]}}", "rear stands twice"),
-        ("topics: {imu: [/imu]}\nname: a\ntopics: {image: [/b]}", "topics stands twice"),
+        ("topics: {imu: [/imu]}\nname: a\ntopics: {camera: [/b]}", "topics stands twice"),
         ("- husky", "wanted keys and values, got a list"),
         ("name: [unclosed", "is not YAML"),
         ("!!python/object/apply:os.getcwd []", "is not YAML"),

@@ -40,7 +40,7 @@ def test_a_preset_reads_the_recordings_of_its_robot(
     assert episode.topics == topics
     assert not any("cannot be decoded" in reason for reason in report.dropped)
     dataset = NavDataset(tmp_path / "out")
-    assert dataset.column("valid.image").all()
+    assert dataset.column("valid.camera").all()
     if "lidar" in topics:
         assert dataset.calibration(0).base_lidar is not None
         assert dataset.column("valid.lidar")[2:].all()
@@ -66,7 +66,7 @@ def test_a_preset_reads_the_recordings_of_its_robot(
         usual = (SPEED_MPS, TURN_RADPS) if (name, "command") in OTHER_TYPES else (1.0, 0.0)
         np.testing.assert_allclose(dataset.column("action")[8], wanted or usual, atol=1e-4)
         assert dataset.column("valid.action")[8]
-    if (name, "image") in OTHER_TYPES:
+    if (name, "camera") in OTHER_TYPES:
         red, green, blue = dataset.image(3).reshape(-1, 3).mean(axis=0)
         assert red > 2 * max(green, blue)
     if (name, "odometry") in OTHER_TYPES:
@@ -103,7 +103,7 @@ def test_the_bags_of_a_mission_become_one_episode(
         folder = tmp_path / f"mission-{number}"
         folder.mkdir()
         missions.append(folder)
-        for part, streams in enumerate((("tf",), ("image",), ("lidar", "imu"), ("odometry", "command", "joints"))):
+        for part, streams in enumerate((("tf",), ("camera",), ("lidar", "imu"), ("odometry", "command", "joints"))):
             kind = "mcap" if part == 2 else "ros1"
             entries = drive_entries(2.0, seed=number, streams=streams, ros1=kind == "ros1")
             recording_writer(folder, kind, entries, f"part_{part}")
@@ -113,7 +113,7 @@ def test_the_bags_of_a_mission_become_one_episode(
     report = ingest(missions, out, RobotConfig(), IngestConfig(merge=Merge.folder))
     assert [episode.source.rpartition("/")[2] for episode in report.episodes] == ["mission-0", "mission-1"]
     dataset = NavDataset(out)
-    for stream in ("image", "lidar", "state", "imu", "joints"):
+    for stream in ("camera", "lidar", "state", "imu", "joints"):
         assert dataset.column(f"valid.{stream}")[2:18].all(), stream
     assert dataset.calibration(1).base_lidar is not None
     again = ingest([tmp_path / "mission-0"], out, RobotConfig(), IngestConfig(merge=Merge.folder))
@@ -126,7 +126,7 @@ def test_a_joystick_without_meaning_is_told(
     axes = {"axes": np.zeros(6), "buttons": np.zeros(4, np.int32)}
     stamp = {"header": {"stamp": {"sec": 1_700_000_000, "nanosec": 0}}}
     joy = ("/joy", "sensor_msgs/msg/Joy", 1_700_000_000_000_000_000, {**stamp, **axes})
-    path = write_recording("mcap", [joy, *drive_entries(streams=("image", "odometry"))])
+    path = write_recording("mcap", [joy, *drive_entries(streams=("camera", "odometry"))])
     topics = TopicCandidates(command=["/joy"])
     report = ingest([path], tmp_path / "out", RobotConfig(topics=topics), IngestConfig())
     assert report.dropped["command: cannot be decoded"] == 1

@@ -67,7 +67,7 @@ RECORDINGS: dict[str, tuple[str, dict[str, str | None]]] = {
         TwistStamped /anymal/twist_command
         """,
         {
-            "image": "/boxi/hdr/front/image_raw/compressed",
+            "camera": "/boxi/hdr/front/image_raw/compressed",
             "camera_info": "/boxi/hdr/front/camera_info",
             "lidar": "/boxi/hesai/points",
             "odometry": "/anymal/state_estimator/odometry",
@@ -83,7 +83,7 @@ RECORDINGS: dict[str, tuple[str, dict[str, str | None]]] = {
         Imu /multisense/imu/imu_data; Odometry /odometry/filtered_odom; TwistStamped /cmd; Joy /joy
         """,
         {
-            "image": "/multisense/left/image_rect_color",
+            "camera": "/multisense/left/image_rect_color",
             "camera_info": None,
             "lidar": "/velodyne_1/velodyne_points",
             "imu": "/novatel/imu/data",
@@ -99,7 +99,7 @@ RECORDINGS: dict[str, tuple[str, dict[str, str | None]]] = {
         Twist /spot/cmd_vel; Joints /spot/joint_states
         """,
         {
-            "image": "/spot/camera/frontleft/image",
+            "camera": "/spot/camera/frontleft/image",
             "camera_info": "/spot/camera/frontleft/camera_info",
             "lidar": "/spot/lidar/points",
             "command": "/spot/cmd_vel",
@@ -128,14 +128,14 @@ RECORDINGS: dict[str, tuple[str, dict[str, str | None]]] = {
         Imu /imu/data_raw; Odometry /odometry/filtered; Twist /cmd_vel; Bool /collision/any;
         Bool /collision/stuck
         """,
-        {"image": "/cam_left/image_raw", "command": "/cmd_vel", "intervention": None, "lidar": "/rplidar/scan"},
+        {"camera": "/cam_left/image_raw", "command": "/cmd_vel", "intervention": None, "lidar": "/rplidar/scan"},
     ),
     "only infrared, only depth clouds": (
         """
         Image /camera_forward/infra1/image_rect_raw; Image /camera/depth/image_raw;
         Cloud /camera/depth/color/points
         """,
-        {"image": "/camera_forward/infra1/image_rect_raw", "lidar": "/camera/depth/color/points"},
+        {"camera": "/camera_forward/infra1/image_rect_raw", "lidar": "/camera/depth/color/points"},
     ),
     "a planar scan beside clouds": (
         "Scan /scan; Scan /front/scan; Cloud /camera/depth/color/points; Cloud /rear/points",
@@ -305,7 +305,7 @@ def test_camera_info_follows_the_camera_that_the_robot_file_names() -> None:
     topics = listed(
         "Image /front/image_raw; Info /front/camera_info; Jpeg /rear/image_color/compressed; Info /rear/camera_info"
     )
-    resolved = resolve_topic_map(named(image=["/rear/image_color/compressed"]), topics)
+    resolved = resolve_topic_map(named(camera=["/rear/image_color/compressed"]), topics)
     assert resolved.topic_of("camera_info") == "/rear/camera_info"
     lonely = propose_topic_map(listed("Image /camera/image; Info /calibration"))
     assert lonely.topic_of("camera_info") == "/calibration"
@@ -317,29 +317,29 @@ REAR_CAMERA = RobotConfig(cameras={"rear": FurtherCamera(topics=["/cam/image_raw
 
 def test_a_further_sensors_topic_is_never_taken_for_the_first_ones() -> None:
     alone = resolve_topic_map(REAR_CAMERA, listed("Image /cam/image_raw; Jpeg /cam/image_raw/compressed"))
-    assert alone.streams == {"image.rear": "/cam/image_raw"}
+    assert alone.streams == {"camera.rear": "/cam/image_raw"}
     assert [topic.reason for topic in alone.not_used] == ["the same images as /cam/image_raw in another encoding"]
     both = resolve_topic_map(REAR_CAMERA, listed("Image /cam/image_raw; Image /other/image_raw; Info /cam/camera_info"))
     assert both.streams == {
-        "image": "/other/image_raw",
-        "image.rear": "/cam/image_raw",
+        "camera": "/other/image_raw",
+        "camera.rear": "/cam/image_raw",
         "camera_info.rear": "/cam/camera_info",
     }
-    assert list(both.streams) == ["image", "image.rear", "camera_info.rear"], "further ones behind the first"
+    assert list(both.streams) == ["camera", "camera.rear", "camera_info.rear"], "further ones behind the first"
 
 
 def test_one_topic_cannot_be_two_cameras() -> None:
     robot = RobotConfig(
-        topics=TopicCandidates(image=["/left/image", "/cam/image_raw"], lidar=["points"]),
+        topics=TopicCandidates(camera=["/left/image", "/cam/image_raw"], lidar=["points"]),
         cameras=REAR_CAMERA.cameras,
         lidars={"roof": FurtherLidar(topics=["/roof/points"])},
     )
     assert (
-        resolve_topic_map(robot, listed("Image /left/image; Image /cam/image_raw")).topic_of("image") == "/left/image"
+        resolve_topic_map(robot, listed("Image /left/image; Image /cam/image_raw")).topic_of("camera") == "/left/image"
     )
-    with pytest.raises(DatasetsError, match=r"image and image.rear are both /cam/image_raw; lidar and lidar.roof"):
+    with pytest.raises(DatasetsError, match=r"camera and camera.rear are both /cam/image_raw; lidar and lidar.roof"):
         resolve_topic_map(robot, listed("Image /cam/image_raw; Cloud /roof/points"))
-    with pytest.raises(DatasetsError, match=r"image.rear: /cam/image_raw is sensor_msgs/msg/PointCloud2"):
+    with pytest.raises(DatasetsError, match=r"camera.rear: /cam/image_raw is sensor_msgs/msg/PointCloud2"):
         resolve_topic_map(REAR_CAMERA, listed("Cloud /cam/image_raw"))
 
 
@@ -348,22 +348,22 @@ def test_one_topic_cannot_be_two_cameras() -> None:
     [
         (
             "Image /front/image_raw; Image /rear/image_raw; Jpeg /rear/image_raw/compressed; Image /left/image_raw",
-            {"image.left": "/left/image_raw", "image.rear": "/rear/image_raw"},
+            {"camera.left": "/left/image_raw", "camera.rear": "/rear/image_raw"},
         ),
         (
             (
                 "Image /spot/camera/frontleft/image; Image /spot/camera/frontright/image; "
                 "Image /spot/camera/back/image; Image /spot/depth/back/image"
             ),
-            {"image.back": "/spot/camera/back/image", "image.frontright": "/spot/camera/frontright/image"},
+            {"camera.back": "/spot/camera/back/image", "camera.frontright": "/spot/camera/frontright/image"},
         ),
         (
             "Image /zed2/left/image_rect_color; Image /zed2/left/image_raw; Image /zed2/right/image_rect_color",
-            {"image.right": "/zed2/right/image_rect_color"},
+            {"camera.right": "/zed2/right/image_rect_color"},
         ),
         (
             "Image /cam_0/image; Image /cam_1/image; Image /cam_2/image; Image /cam_1/debug_image",
-            {"image.camera_1": "/cam_1/image", "image.camera_2": "/cam_2/image"},
+            {"camera.camera_1": "/cam_1/image", "camera.camera_2": "/cam_2/image"},
         ),
         (
             (
@@ -389,4 +389,4 @@ def test_further_sensors_are_proposed_by_what_tells_them_apart(topics: str, furt
 def test_a_name_that_is_taken_gets_a_number() -> None:
     robot = RobotConfig(cameras={"left": FurtherCamera(topics=["/somewhere/image"])})
     topics = listed("Image /front/image; Image /somewhere/image; Image /left/image")
-    assert resolve_topic_map(robot, topics).further == {"image.left_2": "/left/image"}
+    assert resolve_topic_map(robot, topics).further == {"camera.left_2": "/left/image"}

@@ -82,7 +82,7 @@ def test_poses_are_fields_of_the_calibration_by_their_streams() -> None:
         further={},
         **matrices,
     )
-    assert POSED == ("image", "lidar", "imu", "odometry"), "the order in calibration.json"
+    assert POSED == ("camera", "lidar", "imu", "odometry"), "the order in calibration.json"
     assert {stream for stream in STREAMS if is_large(stream)} <= set(POSED)
     for stream, pose in calibration.poses().items():
         assert pose is matrices[STREAMS[stream].pose]

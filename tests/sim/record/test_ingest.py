@@ -65,7 +65,7 @@ def test_every_moment_has_a_row_and_nothing_is_left_out_unexplained(ingested: In
     assert sum(ingested.report.dropped.values()) <= 4, ingested.report.dropped
     dataset = NavDataset(ingested.dataset)
     assert [found.place for found in dataset.episodes] == ["yard-test-0"]
-    for stream in ("image", "lidar", "state", "action", "imu", "joints", "battery"):
+    for stream in ("camera", "lidar", "state", "action", "imu", "joints", "battery"):
         assert dataset.column(f"valid.{stream}").mean() > 0.9, stream
     assert check_dataset(ingested.dataset).passed
 

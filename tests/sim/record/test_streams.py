@@ -98,7 +98,7 @@ def test_inspect_takes_the_sensors_and_leaves_the_truth(recording: tuple[Path, B
     assert not found.topic_map.notes
     streams = found.topic_map.streams
     assert set(streams) == {
-        *("image", "camera_info", "lidar", "odometry", "imu", "joints", "battery", "command", "intervention")
+        *("camera", "camera_info", "lidar", "odometry", "imu", "joints", "battery", "command", "intervention")
     }
     unused = {topic.name: topic.reason for topic in found.topic_map.not_used}
     assert set(unused) == {topic for topic in messages if topic.startswith("/ground_truth/")}

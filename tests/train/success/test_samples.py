@@ -37,7 +37,7 @@ def test_a_sample_holds_its_row() -> None:
     assert np.array_equal(sample.velocity.numpy(), source.column("observation.state")[35:41])
     assert np.array_equal(sample.target.numpy(), source.column("label.outcome")[40:50].astype(np.float32))
     assert sample.reliability.tolist() == [
-        source.column("observation.reliability.image")[row],
+        source.column("observation.reliability.camera")[row],
         source.column("observation.reliability.cloud")[row],
     ]
 
@@ -77,14 +77,14 @@ def test_the_caches_change_nothing_and_hold_what_fits() -> None:
 
 def test_rows_without_a_modality_are_not_held() -> None:
     source = SyntheticSource(SMALL)
-    source.columns["valid.image"] = np.arange(len(source)) % 2 == 0
+    source.columns["valid.camera"] = np.arange(len(source)) % 2 == 0
     del source.columns["valid.lidar"]
     assert [len(cache) for cache in fill_caches(source, list(range(10)), 10)] == [0, 5]
 
 
 def test_a_missing_modality_is_blank_and_unreliable() -> None:
     source = SyntheticSource(SMALL)
-    source.columns["valid.image"] = np.arange(len(source)) != 7
+    source.columns["valid.camera"] = np.arange(len(source)) != 7
     source.columns["valid.lidar"] = np.arange(len(source)) != 8
     dataset = samples(source, DataConfig(history_steps=6, missing_modality=MissingModality.blank))
     no_image, no_cloud, whole = dataset[7], dataset[8], dataset[9]

@@ -18,7 +18,7 @@ def patchy(seed: int) -> SyntheticSource:
     """Three episodes in which every stream and label is missing somewhere."""
     source = SyntheticSource(SyntheticConfig(rows=40, image_height=24, image_width=32))
     rng = np.random.default_rng(seed)
-    for name in ("valid.image", "valid.lidar", "valid.state"):
+    for name in ("valid.camera", "valid.lidar", "valid.state"):
         source.columns[name] = rng.random(len(source)) < 0.93
     source.columns["label.known"] = rng.random((len(source), 10)) < 0.6
     return source
@@ -30,7 +30,7 @@ def flags(source: SyntheticSource, name: str) -> NDArray[np.bool_]:
 
 def naive(source: SyntheticSource, episodes: list[int]) -> dict[int, list[tuple[bool, float]]]:
     """Row -> (known, outcome) of each step, for the rows that are samples."""
-    image, lidar, state = (flags(source, f"valid.{name}") for name in ("image", "lidar", "state"))
+    image, lidar, state = (flags(source, f"valid.{name}") for name in ("camera", "lidar", "state"))
     known, outcome = flags(source, "label.known"), source.column("label.outcome")
     samples = {}
     for index in episodes:
@@ -109,7 +109,7 @@ def test_the_history_repeats_the_first_row_of_its_own_episode() -> None:
     assert rows[-1].tolist() == [54, 55, 56, 57, 58, 59]
 
 
-@pytest.mark.parametrize(("column", "reason"), [("valid.image", "no_image"), ("valid.lidar", "no_cloud")])
+@pytest.mark.parametrize(("column", "reason"), [("valid.camera", "no_image"), ("valid.lidar", "no_cloud")])
 def test_a_missing_modality_is_counted_or_allowed(column: str, reason: str) -> None:
     source = SyntheticSource(SyntheticConfig(rows=30))
     source.columns[column] = np.arange(len(source)) % 3 != 0
