@@ -5,10 +5,11 @@ has ``stamp_ns`` None and an empty ``frame_id``; a header that was never filled 
 Units are SI and axes as recorded (REP-103); quaternions are xyzw. Large arrays may be read-only views of the message.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from jaxtyping import Float32, Float64, UInt8, UInt16
 
+from navtool.base.plain import LEFT_OUT_WHILE_EMPTY
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 
@@ -114,6 +115,22 @@ class TwistSample:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Region:
+    """The part of a sensor that is read out, in pixels of the whole sensor, and how its pixels are put together."""
+
+    offset: tuple[int, int] = (0, 0)
+    """Columns and rows left of it and above it."""
+    size: tuple[int, int] | tuple[()] = ()
+    """Width and height; empty for the whole sensor."""
+    binning: tuple[int, int] = (1, 1)
+    """Columns and rows that make one pixel of the picture."""
+
+    def __bool__(self) -> bool:
+        """Whether the picture is another one than the whole sensor's."""
+        return bool(self.size) or self.binning != (1, 1)
+
+
+@dataclass(frozen=True, kw_only=True)
 class CameraInfoSample:
     """A calibrated camera, with its rectification."""
 
@@ -124,6 +141,10 @@ class CameraInfoSample:
     """R: rotation from the camera's frame to the rectified one."""
     projection: Float64[Array, "3 4"]
     """P: projection of the rectified image."""
+    region: Region = field(default=Region(), metadata=LEFT_OUT_WHILE_EMPTY)
+    """The part of the sensor that the pictures show; camera, R and P are those of the whole sensor."""
+    told: str = field(default="", metadata=LEFT_OUT_WHILE_EMPTY)
+    """What was made of a lens whose name and coefficients disagree."""
 
 
 @dataclass(frozen=True, kw_only=True)

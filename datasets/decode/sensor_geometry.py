@@ -7,9 +7,10 @@ from jaxtyping import Float64
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.header import NO_HEAD, head_of, nanoseconds
-from navtool.datasets.decode.messages import CameraInfoSample, Transform, TransformsSample
+from navtool.datasets.decode.messages import CameraInfoSample, Region, Transform, TransformsSample
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
+from navtool.pipeline.geometry.lens_names import lens_of
 from navtool.pipeline.geometry.transforms import transform_from_xyz_quaternion
 
 _MOST = 1e9
@@ -17,7 +18,7 @@ _MOST = 1e9
 
 
 def decode_camera_info(message: Any) -> CameraInfoSample:
-    """``sensor_msgs/CameraInfo``; binning and region of interest are left to the image's own size.
+    """``sensor_msgs/CameraInfo`` of the whole sensor; the part of it that is read out stands beside.
 
     Raises:
         DatasetsError: The camera is not calibrated, a number is not finite or beyond all measure, or its lens model is
@@ -32,6 +33,7 @@ def decode_camera_info(message: Any) -> CameraInfoSample:
             cure="set the camera of the robot",
         )
     try:
+        lens = lens_of(message.distortion_model, tuple(float(x) for x in d))
         camera = CameraModel(
             width=int(message.width),
             height=int(message.height),
@@ -39,8 +41,8 @@ def decode_camera_info(message: Any) -> CameraInfoSample:
             fy=float(k[4]),
             cx=float(k[2]),
             cy=float(k[5]),
-            distortion_model=message.distortion_model or "none",
-            distortion=tuple(float(x) for x in d) if message.distortion_model else (),
+            distortion_model=lens.model,
+            distortion=lens.coefficients,
         )
     except ValueError as error:
         raise DatasetsError(f"this calibration cannot be used: {error}", cure="set the camera of the robot") from error
@@ -49,7 +51,19 @@ def decode_camera_info(message: Any) -> CameraInfoSample:
         camera=camera,
         rectification=np.array(r, np.float64).reshape(3, 3),
         projection=np.array(p, np.float64).reshape(3, 4),
+        region=_region(message),
+        told=lens.told,
     )
+
+
+def _region(message: Any) -> Region:
+    """Region of interest and binning (REP 104): zeros stand for the whole sensor, and for pixels as they are."""
+    binning = max(int(getattr(message, "binning_x", 0)), 1), max(int(getattr(message, "binning_y", 0)), 1)
+    roi = getattr(message, "roi", None)
+    if roi is None or not (roi.width and roi.height):
+        return Region(binning=binning)
+    size = int(roi.width), int(roi.height)
+    return Region(offset=(int(roi.x_offset), int(roi.y_offset)), size=size, binning=binning)
 
 
 def decode_transforms(message: Any) -> TransformsSample:

@@ -36,6 +36,7 @@ def geometry_notes(found: FirstPass, calibration: Calibration, changed: tuple[st
     """
     return [
         *_calibration_notes(found, calibration),
+        *calibration.notes,
         *(
             Note("tf.static-changed", f"tf_static: {pair} was published with different values; the last one counts")
             for pair in changed

@@ -10,12 +10,16 @@ import numpy as np
 from jaxtyping import Float64
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.base.plain import plain
+from navtool.datasets.decode.messages import Region
+from navtool.datasets.robot.camera_fit import fitted
 from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.robot.recorded_geometry import RecordedGeometry, TransformTree, camera_from_json
 from navtool.datasets.streams.table import POSED, STREAMS, row_of, sensor_of
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
+from navtool.pipeline.geometry.lens_names import lens_of
 from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
 
 FOOTPRINT_FRAME = "base_footprint"
@@ -80,6 +84,7 @@ class Calibration:
         sources: Where each of these came from, by name, in words.
         recorded: What the recording itself says: frames, static transforms, the camera at its own resolution.
         further: Geometry of further cameras and LiDARs, by their streams: ``camera.rear``.
+        notes: What a user should look at where a calibration and its pictures disagree; not written.
     """
 
     camera: CameraModel | None
@@ -92,6 +97,7 @@ class Calibration:
     sources: dict[str, str]
     recorded: RecordedGeometry
     further: Mapping[str, SensorGeometry] = field(default_factory=dict)
+    notes: tuple[Note, ...] = ()
 
     def to_json(self) -> dict[str, object]:
         """The content of ``calibration.json``."""
@@ -150,7 +156,8 @@ def calibrate(robot: RobotConfig, recorded: RecordedGeometry, images: Mapping[st
         images: By stream; empty where no camera model is wanted.
     """
     sources: dict[str, str] = {}
-    cameras = {stream: _camera(robot, recorded, stream, seen, sources) for stream, seen in images.items()}
+    notes: list[Note] = []
+    cameras = {stream: _camera(robot, recorded, stream, seen, sources, notes) for stream, seen in images.items()}
     tree = recorded.tree
     further = [stream for stream in recorded.frames if sensor_of(stream) and row_of(stream).pose]
     poses = {stream: _pose(robot, recorded, tree, stream, sources) for stream in (*POSED, *further)}
@@ -167,6 +174,7 @@ def calibrate(robot: RobotConfig, recorded: RecordedGeometry, images: Mapping[st
         sources=sources,
         recorded=recorded,
         further={stream: SensorGeometry(poses[stream], cameras.get(stream)) for stream in further},
+        notes=tuple(notes),
     )
 
 
@@ -192,12 +200,18 @@ def _pose(
 
 
 def _camera(
-    robot: RobotConfig, recorded: RecordedGeometry, stream: str, images: CameraImages, sources: dict[str, str]
+    robot: RobotConfig,
+    recorded: RecordedGeometry,
+    stream: str,
+    images: CameraImages,
+    sources: dict[str, str],
+    notes: list[Note],
 ) -> CameraModel | None:
-    name, info = _named("camera", stream), recorded.info_of(sensor_of(stream))
+    name, info, region = _named("camera", stream), recorded.info_of(sensor_of(stream)), Region()
     key, fallback = robot.camera_of(stream)
     if info is not None and info.camera.fx > 0:
-        model = info.camera
+        model, region = info.camera, info.region
+        notes += [Note("camera.lens-name", f"{name}: {info.told}")] if info.told else []
         sources[name] = "the recording's CameraInfo"
         if "rect" in images.topic.removesuffix("/compressed").rsplit("/", 1)[-1]:
             p, matrix = info.projection, "projection matrix"
@@ -206,6 +220,7 @@ def _camera(
             model = CameraModel(model.width, model.height, p[0, 0], p[1, 1], p[0, 2], p[1, 2], "none", ())
             sources[name] += f", {matrix} of the rectified image"
     elif fallback is not None:
+        lens = lens_of(fallback.distortion_model, tuple(fallback.distortion))
         model = CameraModel(
             fallback.width,
             fallback.height,
@@ -213,13 +228,13 @@ def _camera(
             fallback.fy,
             fallback.cx,
             fallback.cy,
-            fallback.distortion_model,
-            tuple(fallback.distortion),
+            lens.model,
+            lens.coefficients,
         )
         sources[name] = f"robot {robot.name}: {key}"
     else:
         return None
-    if images.native_size is not None and images.native_size != (model.width, model.height):
-        seen = f"{images.native_size[0]}x{images.native_size[1]}"
-        sources[name] += f", calibrated at {model.width}x{model.height}, recorded at {seen}"
-    return model.scaled_to(*images.row_size)
+    fit = fitted(model, region, images.native_size)
+    sources[name] += fit.done
+    notes += [note.about(name) for note in fit.notes]
+    return fit.camera.scaled_to(*images.row_size)

@@ -14,11 +14,11 @@ from navtool.base.setting_checks import fault, outside
 from navtool.base.setting_error import Fault, refuse
 from navtool.base.yaml_text import load_yaml
 from navtool.datasets.streams.table import FRONT, POSED, SENSOR_NAME, STREAMS, further, in_order, row_of, sensor_of
+from navtool.pipeline.geometry.distortion import LENS_MODELS
+from navtool.pipeline.geometry.lens_names import lens_of
 
 NO_TOPIC = "none"
 """As the only candidate of a stream: the robot's recordings have this topic, but it is not wanted."""
-
-_DISTORTION_LENGTHS = {"none": (0,), "plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,)}
 
 
 @dataclass(kw_only=True, slots=True)
@@ -84,31 +84,31 @@ class CameraFallback:
     cy: float
     """Principal point's row in pixels."""
     distortion_model: str = "none"
-    """none, plumb_bob, rational_polynomial or equidistant."""
+    """none, plumb_bob, rational_polynomial or equidistant, or as a driver spells them."""
     distortion: list[float] = field(default_factory=list)
-    """Coefficients in OpenCV's order; plumb_bob 4 or 5, rational_polynomial 8, equidistant 4."""
+    """Coefficients in OpenCV's order; plumb_bob and rational_polynomial 4 to 14, equidistant 4."""
 
     def __post_init__(self) -> None:
         pixels = ("width", "height", "fx", "fy")
         calibrated = "give it in pixels of the calibrated image"
-        lengths = _DISTORTION_LENGTHS.get(self.distortion_model, ())
-        known = bool(lengths)
-        wrong = len(self.distortion) not in lengths or not all(map(math.isfinite, self.distortion))
         refuse(
             outside(self, 0, math.inf, *pixels, unit="px", above=True, below=True, cure=calibrated),
-            fault(
-                "distortion_model",
-                f"there is no distortion model {self.distortion_model!r}",
-                f"use one of {', '.join(_DISTORTION_LENGTHS)}",
-                when=not known,
-            ),
-            fault(
-                "distortion",
-                f"{self.distortion} are not the coefficients of {self.distortion_model}",
-                f"give {' or '.join(map(str, lengths))} finite numbers",
-                when=known and wrong,
-            ),
+            _lens_fault(self.distortion_model, self.distortion),
         )
+
+
+def _lens_fault(model: str, coefficients: list[float]) -> list[Fault]:
+    """What is wrong with a lens as a robot file describes it."""
+    if not all(map(math.isfinite, coefficients)):
+        return [Fault("distortion", f"{coefficients} are not finite numbers", "give the lens's coefficients")]
+    try:
+        told = lens_of(model, tuple(coefficients)).told
+    except ValueError as error:
+        if "coefficients; expected" in str(error):
+            return [Fault("distortion", f"{coefficients}: {error}", "give as many as the model has")]
+        known = ", ".join(LENS_MODELS)
+        return [Fault("distortion_model", f"there is no distortion model {model!r}", f"use one of {known}")]
+    return [Fault("distortion", f"{coefficients}: {told}", "name the lens model of these coefficients")] if told else []
 
 
 @dataclass(kw_only=True, slots=True)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from navtool.base.plain import plain
-from navtool.datasets.decode.messages import CameraInfoSample, Transform
+from navtool.datasets.decode.messages import CameraInfoSample, Region, Transform
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import invert_transform
@@ -114,6 +114,8 @@ def _info_from_json(info: Mapping[str, Any]) -> CameraInfoSample:
         camera=camera_from_json(info["camera"]),
         rectification=np.array(info["rectification"], np.float64).reshape(3, 3),
         projection=np.array(info["projection"], np.float64).reshape(3, 4),
+        region=Region(**{name: tuple(value) for name, value in info.get("region", {}).items()}),
+        told=info.get("told", ""),
     )
 
 

@@ -25,6 +25,19 @@ LENSES = {
         distortion_model="rational_polynomial",
         distortion=(0.55, -2.4, 0.0003, -0.0004, 1.4, 0.43, -2.25, 1.3),
     ),
+    "plumb_bob of 8": replace(
+        IDEAL, distortion_model="plumb_bob", distortion=(0.55, -2.4, 0.0003, -0.0004, 1.4, 0.43, -2.25, 1.3)
+    ),
+    "thin prism": replace(
+        IDEAL,
+        distortion_model="rational_polynomial",
+        distortion=(0.55, -2.4, 0.0003, -0.0004, 1.4, 0.43, -2.25, 1.3, 0.002, -0.001, 0.003, 0.0005),
+    ),
+    "tilted sensor": replace(
+        IDEAL,
+        distortion_model="rational_polynomial",
+        distortion=(-0.28, 0.07, 0.001, -0.0007, 0.0, 0.0, 0.0, 0.0, 0.001, 0.0, -0.002, 0.0, 0.02, -0.03),
+    ),
     "equidistant": replace(
         IDEAL, fx=200.0, fy=202.0, distortion_model="equidistant", distortion=(-0.02, 0.01, -0.006, 0.001)
     ),
@@ -91,7 +104,7 @@ def test_the_field_ends_where_the_radius_stops_growing(camera: CameraModel) -> N
     limit = min(camera.max_radius, 50.0)
     radius = np.linspace(0, limit * (1 - 1e-9), 2000)
     points = np.column_stack([radius, np.zeros_like(radius), np.ones_like(radius)])
-    undistorted_tangentially = replace(camera, distortion=_without_tangential(camera))
+    undistorted_tangentially = replace(camera, distortion=_radial_alone(camera))
     assert (np.diff(undistorted_tangentially.project(points).pixels[:, 0]) > 0).all()
     if np.isfinite(camera.max_radius):
         just_beyond = np.array([[camera.max_radius * 1.001, 0.0, 1.0]])
@@ -147,7 +160,7 @@ def test_no_points_and_no_pixels() -> None:
         ({"fx": 0.0}, "fx=0.0"),
         ({"cy": float("nan")}, "cy=nan"),
         ({"distortion_model": "fisheye9"}, "plumb_bob, rational_polynomial"),
-        ({"distortion_model": "plumb_bob", "distortion": (0.1, 0.2, 0.3)}, "3 coefficients; expected 4 or 5"),
+        ({"distortion_model": "plumb_bob", "distortion": (0.1, 0.2, 0.3)}, "3 coefficients; expected 4 to 14"),
         ({"distortion": (0.1, 0.0, 0.0, 0.0)}, "'none' has 4 coefficients"),
         ({"distortion_model": "plumb_bob", "distortion": (0.1, float("inf"), 0.0, 0.0)}, "finite"),
     ],
@@ -157,8 +170,8 @@ def test_bad_intrinsics_are_reported(changes: dict[str, object], told: str) -> N
         replace(IDEAL, **changes)  # type: ignore[arg-type] # each value has its field's type or is the point
 
 
-def _without_tangential(camera: CameraModel) -> tuple[float, ...]:
+def _radial_alone(camera: CameraModel) -> tuple[float, ...]:
     if camera.distortion_model == "equidistant" or not camera.distortion:
         return camera.distortion
     k1, k2, _, _, *rest = camera.distortion
-    return (k1, k2, 0.0, 0.0, *rest)
+    return (k1, k2, 0.0, 0.0, *rest[:4])

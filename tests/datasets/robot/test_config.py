@@ -87,12 +87,12 @@ def test_a_file_needs_only_what_differs(tmp_path: Path) -> None:
         ("camera: {width: 640, height: 480, fx: 1, fy: 1, cx: 0}", "camera.cy: is missing"),
         ("camera: {width: 0, height: 1, fx: 1, fy: 1, cx: 0, cy: 0}", "camera.width: 0 px is not above 0"),
         (
-            "camera: {width: 1, height: 1, fx: 1, fy: 1, cx: 0, cy: 0, distortion_model: fisheye}",
-            "camera.distortion_model: there is no distortion model 'fisheye'",
+            "camera: {width: 1, height: 1, fx: 1, fy: 1, cx: 0, cy: 0, distortion_model: fisheye9}",
+            "camera.distortion_model: there is no distortion model 'fisheye9'",
         ),
         (
             "camera: {width: 1, height: 1, fx: 1, fy: 1, cx: 0, cy: 0, distortion: [0.1]}",
-            "[0.1] are not the coefficients of none",
+            "[0.1]: distortion model 'none' has 1 coefficients",
         ),
         ("cameras: {rear: {}}", "cameras.rear.topics: is missing"),
         ("cameras: {rear: {topics: []}}", "cameras.rear.topics: [] names no topic"),
