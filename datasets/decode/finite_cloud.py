@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float32, UInt16
 
+from navtool.base.note import Note
 from navtool.datasets.decode.header import Head
 from navtool.datasets.decode.messages import PointCloud
 from navtool.pipeline.arrays import Array
@@ -18,6 +19,7 @@ def finite_cloud(
     intensity: Float32[Array, " n"] | None,
     ring: UInt16[Array, " n"] | None,
     time_s: Float32[Array, " n"] | None,
+    notes: tuple[Note, ...] = (),
 ) -> PointCloud:
     """The cloud without its points of a NaN, infinite or immeasurable coordinate; the others keep their order.
 
@@ -25,6 +27,7 @@ def finite_cloud(
     moved into another frame.
 
     Args:
+        notes: What is odd about the message that it came in.
         columns: x, y and z one after the other: what works on clouds goes through one coordinate after the other.
     """
     x, y, z = columns
@@ -37,4 +40,5 @@ def finite_cloud(
         ring=None if ring is None else ring[kept],
         time_s=None if time_s is None else time_s[kept],
         dropped_nonfinite=finite.size - int(np.count_nonzero(finite)),
+        notes=notes,
     )

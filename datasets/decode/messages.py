@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from jaxtyping import Float32, Float64, UInt8, UInt16
 
+from navtool.base.note import Note
 from navtool.base.plain import LEFT_OUT_WHILE_EMPTY
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
@@ -23,6 +24,8 @@ class ImageFrame:
     rgb: UInt8[Array, "h w 3"]
     encoding: str
     """The encoding as recorded, such as ``bayer_rggb8``, or the compression, such as ``jpeg``."""
+    notes: tuple[Note, ...] = ()
+    """What is odd about the message: numbers or names that were not believed, and what was done instead."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +44,8 @@ class PointCloud:
     """Seconds relative to the header stamp, negative where the header marks the end of the sweep."""
     dropped_nonfinite: int
     """Points left out because a coordinate was NaN or infinite; beams recorded as ranges without a return are none."""
+    notes: tuple[Note, ...] = ()
+    """What is odd about the message: numbers that were not believed, and what was done instead."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,9 +3,11 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Shaped, UInt16
+from jaxtyping import Float32, Shaped, UInt16
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
+from navtool.datasets.decode.cloud_bytes import MISFIT, Said, layout_of
 from navtool.datasets.decode.finite_cloud import finite_cloud
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.messages import PointCloud
@@ -15,7 +17,12 @@ from navtool.pipeline.arrays import Array
 INTENSITY_NAMES = ("intensity", "intensities", "i", "reflectivity")
 RING_NAMES = ("ring", "line", "channel")
 TIME_NAMES = ("t", "time", "timestamp", "offset_time", "time_stamp")
-_DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+_DATATYPES = {
+    **{1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"},
+    # As PCL has long numbered them, and ROS since Lyrical.
+    **{9: "i8", 10: "u8", 11: "?"},
+}
+_FAR_M = 10_000.0
 
 
 class _Fields(NamedTuple):
@@ -33,9 +40,11 @@ class _Fields(NamedTuple):
 def decode_point_cloud(message: Any) -> PointCloud:
     """The points in the order recorded, row by row, without those that have a NaN or infinite coordinate.
 
+    Sizes that contradict each other are not believed against the bytes; what was read instead is noted.
+
     Raises:
-        DatasetsError: A coordinate's field is missing, a field lies outside its point, or there are fewer bytes than
-            the cloud's size says.
+        DatasetsError: A coordinate's field is missing, a field lies outside its point, or nothing that the cloud says
+            of its size fits its bytes.
     """
     # A double beyond single precision becomes infinite, and is dropped with the others.
     with np.errstate(over="ignore", invalid="ignore"):
@@ -45,14 +54,25 @@ def decode_point_cloud(message: Any) -> PointCloud:
 def _decoded(message: Any) -> PointCloud:
     head = head_of(message)
     fields = _fields(message)
-    points = _points(message, fields.names())
+    points, notes = _points(message, fields.names())
     columns = np.empty((3, points.size), np.float32)
     for column, name in zip(columns, fields.xyz, strict=True):
         column.reshape(points.shape)[...] = points[name]
     intensity = None if fields.intensity is None else points[fields.intensity].astype(np.float32).reshape(-1)
     ring = None if fields.ring is None else ring_numbers(points[fields.ring].reshape(-1))
     time_s = None if fields.time is None else seconds_from_header(points[fields.time].reshape(-1), head.stamp_ns or 0)
-    return finite_cloud(head, columns, intensity, ring, time_s)
+    return finite_cloud(head, columns, intensity, ring, time_s, (*notes, *_far_notes(points, fields, columns)))
+
+
+def _far_notes(points: Shaped[Array, "h w"], fields: _Fields, columns: Float32[Array, "3 n"]) -> tuple[Note, ...]:
+    """A note where doubles hold what single precision does not."""
+    if columns.size == 0 or points.dtype[fields.xyz[0]].itemsize < 8:
+        return ()
+    finite = columns[np.isfinite(columns)]
+    if not finite.size or np.abs(finite).max() < _FAR_M:
+        return ()
+    what = "points lie more than 10 km from their frame's origin: as kept, in single precision, they are off by millimetres"
+    return (Note("cloud.far", f"{what} to decimetres"),)
 
 
 def _fields(message: Any) -> _Fields:
@@ -72,44 +92,61 @@ def _fields(message: Any) -> _Fields:
     )
 
 
-def _points(message: Any, used: set[str]) -> Shaped[Array, "h w"]:
-    """A structured view of the message's bytes with the used fields only."""
-    width, height, step, row_step = (
-        int(x) for x in (message.width, message.height, message.point_step, message.row_step)
-    )
+def _points(message: Any, used: set[str]) -> tuple[Shaped[Array, "h w"], tuple[Note, ...]]:
+    """A structured view of the message's bytes with the used fields only, and what is odd about them."""
     order = ">" if message.is_bigendian else "<"
-    if width * height == 0 or (step == 0 and message.data.nbytes == 0):
+    size = message.data.nbytes
+    if size == 0 and (message.width * message.height == 0 or message.point_step == 0):
         kinds = {x.name: f"{order}{_DATATYPES.get(x.datatype, 'f4')}" for x in message.fields}
-        return np.empty((0, 0), np.dtype([(name, kinds.get(name, "f4")) for name in sorted(used)]))
-    dtype = _dtype(message, used, order)
-    if row_step < width * step and height > 1:
-        raise DatasetsError(f"row_step is {row_step} bytes, but a row of {width} points takes {width * step}")
-    needed = row_step * (height - 1) + width * step
-    if message.data.nbytes < needed:
-        raise DatasetsError(f"truncated point cloud: {message.data.nbytes} bytes, but its size needs {needed}")
-    return np.ndarray((height, width), dtype, buffer=message.data, strides=(row_step, step))
+        return np.empty((0, 0), np.dtype([(name, kinds.get(name, "f4")) for name in sorted(used)])), ()
+    places, notes = _places(message, used, order)
+    last = max(places, key=lambda place: place.end)
+    numbers = (message.width, message.height, message.point_step, message.row_step)
+    layout = layout_of(Said(*(int(x) for x in numbers), size, last.end, last.name))
+    dtype = np.dtype(
+        {
+            "names": [place.name for place in places],
+            "formats": [place.kind for place in places],
+            "offsets": [place.offset for place in places],
+            "itemsize": layout.point_step,
+        }
+    )
+    strides = (layout.row_step, layout.point_step)
+    points = np.ndarray((layout.height, layout.width), dtype, buffer=message.data, strides=strides)
+    return points, (*notes, *layout.notes)
 
 
-def _dtype(message: Any, used: set[str], order: str) -> np.dtype[np.void]:
-    names, formats, offsets = [], [], []
+class _Place(NamedTuple):
+    """Where the value of a used field lies in a point."""
+
+    name: str
+    kind: np.dtype[Any]
+    offset: int
+
+    @property
+    def end(self) -> int:
+        return self.offset + self.kind.itemsize
+
+
+def _places(message: Any, used: set[str], order: str) -> tuple[list[_Place], tuple[Note, ...]]:
+    places: dict[str, _Place] = {}
+    starts = sorted({int(field.offset) for field in message.fields})
+    notes: dict[str, Note] = {}
     for field in message.fields:
-        if field.name not in used or field.name in names:
+        if field.name not in used or field.name in places:
             continue
         if field.datatype not in _DATATYPES:
-            raise DatasetsError(f"field {field.name} has the unknown datatype {field.datatype}; 1 to 8 are defined")
+            raise DatasetsError(f"field {field.name} has the unknown datatype {field.datatype}; 1 to 11 are defined")
+        place = _Place(field.name, np.dtype(f"{order}{_DATATYPES[field.datatype]}"), int(field.offset))
         # Some drivers leave the count at 0.
         if field.count > 1:
-            raise DatasetsError(f"field {field.name} has {field.count} values a point, where one is expected")
-        kind = np.dtype(f"{order}{_DATATYPES[field.datatype]}")
-        if field.offset + kind.itemsize > message.point_step:
-            raise DatasetsError(
-                f"field {field.name} ends at byte {field.offset + kind.itemsize} of a point, "
-                f"but point_step is {message.point_step}"
-            )
-        names.append(field.name)
-        formats.append(kind)
-        offsets.append(int(field.offset))
-    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": int(message.point_step)})
+            room = next((x for x in starts if x > place.offset), int(message.point_step)) - place.offset
+            if room >= field.count * place.kind.itemsize:
+                raise DatasetsError(f"field {field.name} has {field.count} values a point, where one is expected")
+            what = f"field {field.name} counts {field.count} values a point, where there is room for one; one is read"
+            notes[field.name] = Note(MISFIT, what)
+        places[field.name] = place
+    return list(places.values()), tuple(notes.values())
 
 
 def ring_numbers(ring: Shaped[Array, " n"]) -> UInt16[Array, " n"] | None:

@@ -14,7 +14,7 @@ def seconds_from_header(time: Shaped[Array, " n"], stamp_ns: int) -> Float32[Arr
     """Seconds after the header's stamp, negative before it.
 
     Drivers differ, and the field's type decides: integers are nanoseconds from the header (Ouster, Autoware);
-    floats up to 1e9 are seconds from the header (Velodyne); doubles beyond are absolute, in seconds (Hesai) or, beyond
+    64-bit ones beyond 1e15 are absolute; floats up to 1e9 are seconds from the header (Velodyne); doubles beyond are absolute, in seconds (Hesai) or, beyond
     1e15, in nanoseconds (Livox).
 
     Args:
@@ -25,6 +25,10 @@ def seconds_from_header(time: Shaped[Array, " n"], stamp_ns: int) -> Float32[Arr
         Where absolute times and the header differ by more than 10 s they are from different clocks (or the header was
         left unset): the times are then taken from the earliest point.
     """
+    if time.dtype.kind in "iu" and time.dtype.itemsize == 8 and time.size and int(time.max()) > _ABSOLUTE_NS:
+        # Absolute nanoseconds, which doubles do not hold.
+        origin = stamp_ns if abs(int(time.max()) - stamp_ns) <= _SAME_CLOCK_S * 1e9 else int(time.min())
+        return ((time.astype(np.int64) - origin) * 1e-9).astype(np.float32)
     if time.dtype.kind in "iu":
         return np.asarray(time.astype(np.float64) * 1e-9, np.float32)
     if time.dtype.itemsize < 8:

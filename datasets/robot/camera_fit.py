@@ -50,7 +50,9 @@ def fitted(camera: CameraModel, region: Region, seen: tuple[int, int] | None) ->
     if part is not camera and not (_close(size, read_out) or _same_shape(size, (part.width, part.height))):
         unbinned = whole[0] // region.binning[0], whole[1] // region.binning[1]
         if _close(size, unbinned) or _same_shape(size, whole):
-            notes.append(_not_believed(region, f"the pictures have {_size(size)} pixels, the shape of the whole sensor"))
+            notes.append(
+                _not_believed(region, f"the pictures have {_size(size)} pixels, the shape of the whole sensor")
+            )
             part = camera
     if not (_close(size, read_out) or _same_shape(size, (part.width, part.height))):
         notes.append(

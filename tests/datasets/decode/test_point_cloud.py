@@ -15,7 +15,7 @@ from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.decode.point_cloud import decode_point_cloud
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
-CODES = {1: "b", 2: "B", 3: "h", 4: "H", 5: "i", 6: "I", 7: "f", 8: "d"}
+CODES = {1: "b", 2: "B", 3: "h", 4: "H", 5: "i", 6: "I", 7: "f", 8: "d", 9: "q", 10: "Q"}
 STAMP_NS = 1_700_000_000_250_000_000
 type Make = Callable[..., Any]
 
@@ -75,7 +75,7 @@ def cloud_fields(layout: Layout, values: Callable[[Field, int], list[float]]) ->
     }
 
 
-datatypes = st.integers(1, 8)
+datatypes = st.integers(1, 10)
 gaps = st.integers(0, 5)
 
 
@@ -100,7 +100,7 @@ def layouts(draw: st.DrawFn) -> Layout:
 def number(field: Field, index: int) -> list[float]:
     """A value that every type of field can hold, another for each field, point and element."""
     base = (sum(map(ord, field.name)) * 7 + index * 3) % 100
-    return [base + k if field.datatype < 7 else (base + k) / 4 for k in range(field.elements)]
+    return [base + k if field.datatype not in (7, 8) else (base + k) / 4 for k in range(field.elements)]
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150, deadline=None)
@@ -152,8 +152,10 @@ def with_times(name: str, datatype: int, times: list[float], make: Make) -> Poin
         ("timestamp", 8, [STAMP_NS + dt for dt in (0, 10**7, 10**8)], [0.0, 0.01, 0.1]),
         ("timestamp", 8, [1.0e9 + dt for dt in (7.0, 7.05, 7.1)], [0.0, 0.05, 0.1]),
         ("time_stamp", 6, [0, 1000, 2000], [0.0, 1e-6, 2e-6]),
+        ("timestamp", 10, [STAMP_NS + dt for dt in (0, 10**7, 10**8)], [0.0, 0.01, 0.1]),
+        ("t", 9, [-(10**8), 0, 10**7], [-0.1, 0.0, 0.01]),
     ],
-    ids=["ouster", "velodyne", "relative double", "hesai", "livox", "another clock", "autoware"],
+    ids=["ouster", "velodyne", "relative double", "hesai", "livox", "another clock", "autoware", "lyrical", "pcl"],
 )
 def test_the_times_of_each_driver_become_seconds_from_the_header(
     name: str, datatype: int, recorded: list[float], seconds: list[float], ros_message: Make
@@ -226,9 +228,8 @@ def test_an_empty_cloud_has_no_points(change: dict[str, Any], ros_message: Make)
     ("change", "told"),
     [
         ({"data": np.zeros(35)}, "truncated point cloud: 35 bytes, but its size needs 36"),
-        ({"point_step": 11}, "field z ends at byte 12 of a point, but point_step is 11"),
-        ({"height": 2, "row_step": 35, "data": np.zeros(200)}, "row_step is 35 bytes, but a row of 3 points takes 36"),
-        ({"point_step": 0}, "point_step is 0"),
+        ({"point_step": 11, "data": np.zeros(35)}, "field z ends at byte 12 of a point, but point_step is 11"),
+        ({"point_step": 0, "width": 4}, "point_step is 0"),
         ({"fields": [{"name": "x", "datatype": 7, "count": 1}]}, "without the field y, z; it has x"),
         ({"fields": []}, "without the field x, y, z; it has none"),
     ],
@@ -238,13 +239,81 @@ def test_a_faulty_cloud_is_refused_with_the_reason(change: dict[str, Any], told:
         decode_point_cloud(ros_message(CLOUD, {**one_row(XYZ, ORIGIN), **change}))
 
 
-@pytest.mark.parametrize(("datatype", "count", "told"), [(9, 1, "unknown datatype 9"), (7, 3, "3 values a point")])
+@pytest.mark.parametrize(("datatype", "count", "told"), [(12, 1, "unknown datatype 12"), (7, 3, "3 values a point")])
 def test_a_faulty_field_is_refused_only_where_it_is_used(
     datatype: int, count: int, told: str, ros_message: Make
 ) -> None:
-    fields = one_row(XYZ, ORIGIN)
-    odd = {"name": "odd", "offset": 0, "datatype": datatype, "count": count}
+    layout = Layout(XYZ, 1, 3, 12, 0, False, 0)
+    fields = cloud_fields(layout, lambda field, index: ORIGIN[field.name][index : index + 1])
+    odd = {"name": "odd", "offset": 12, "datatype": datatype, "count": count}
     cloud = decode_point_cloud(ros_message(CLOUD, {**fields, "fields": [*fields["fields"], odd]}))
     assert len(cloud.xyz) == 3
     with pytest.raises(DatasetsError, match=told):
         decode_point_cloud(ros_message(CLOUD, {**fields, "fields": [*fields["fields"], {**odd, "name": "ring"}]}))
+
+
+GRID = Layout((*XYZ, Field("ring", 4)), 3, 4, 6, 0, False, 0)
+"""Twelve points of 20 bytes in three rows, six of them padding."""
+
+
+@pytest.mark.parametrize("row_step", [0, 4, 79, 240, 10_000])
+def test_a_row_step_is_not_believed_against_the_bytes(row_step: int, ros_message: Make) -> None:
+    fields = cloud_fields(GRID, number)
+    right = decode_point_cloud(ros_message(CLOUD, fields))
+    cloud = decode_point_cloud(ros_message(CLOUD, {**fields, "row_step": row_step}))
+    np.testing.assert_array_equal(cloud.xyz, right.xyz)
+    np.testing.assert_array_equal(cloud.ring, right.ring)
+    assert [note.code for note in cloud.notes] == ["cloud.size-misfit"]
+    assert not right.notes
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"width": 20, "height": 1, "row_step": 240},
+        {"width": 5, "height": 1, "row_step": 240},
+        {"width": 12, "height": 2},
+        {"width": 12, "height": 0},
+        {"width": 0, "height": 0},
+        {"point_step": 0},
+        {"point_step": 21},
+    ],
+    ids=str,
+)
+def test_what_fits_the_bytes_counts_against_width_height_and_point_step(
+    change: dict[str, int], ros_message: Make
+) -> None:
+    fields = cloud_fields(GRID, number)
+    right = decode_point_cloud(ros_message(CLOUD, fields))
+    # Where point_step alone is wrong, the others leave 20 bytes for each of twelve points.
+    cloud = decode_point_cloud(ros_message(CLOUD, {**fields, **change}))
+    np.testing.assert_array_equal(cloud.xyz, right.xyz)
+    assert "cloud.size-misfit" in {note.code for note in cloud.notes}
+
+
+def test_padding_of_points_and_rows_and_bytes_behind_the_last_row_are_no_misfit(ros_message: Make) -> None:
+    padded = cloud_fields(GRID._replace(row_padding=7), number)
+    longer = {**padded, "data": np.concatenate([padded["data"], np.zeros(33, np.uint8)])}
+    shorter = {**padded, "data": padded["data"][:-7]}
+    for fields in (padded, longer, shorter):
+        cloud = decode_point_cloud(ros_message(CLOUD, fields))
+        assert (len(cloud.xyz), cloud.notes) == (12, ())
+
+
+def test_a_count_without_room_for_it_is_one(ros_message: Make) -> None:
+    fields = cloud_fields(GRID, number)
+    fields["fields"] = [{**field, "count": 12} for field in fields["fields"]]
+    cloud = decode_point_cloud(ros_message(CLOUD, fields))
+    np.testing.assert_array_equal(cloud.xyz, decode_point_cloud(ros_message(CLOUD, cloud_fields(GRID, number))).xyz)
+    assert "cloud.size-misfit" in {note.code for note in cloud.notes}
+
+
+def test_a_flag_a_point_is_no_hindrance_and_far_doubles_are_told(ros_message: Make) -> None:
+    doubles = (*(Field(name, 8) for name in "xyz"), Field("is_ground", 2))
+    columns: dict[str, list[float]] = {"x": [0.25, 1.5], "y": [2.0, 3.0], "z": [4.0, 5.0], "is_ground": [1, 0]}
+    fields = one_row(doubles, columns)
+    fields["fields"][-1]["datatype"] = 11
+    cloud = decode_point_cloud(ros_message(CLOUD, fields))
+    assert (cloud.xyz[:, 0].tolist(), cloud.notes) == ([0.25, 1.5], ())
+    far = decode_point_cloud(ros_message(CLOUD, one_row(doubles, {**columns, "x": [5e5, 1.5]})))
+    assert [note.code for note in far.notes] == ["cloud.far"]
