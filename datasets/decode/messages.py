@@ -125,14 +125,14 @@ class Region:
 
     offset: tuple[int, int] = (0, 0)
     """Columns and rows left of it and above it."""
-    size: tuple[int, int] | tuple[()] = ()
-    """Width and height; empty for the whole sensor."""
+    size: tuple[int, int] = (0, 0)
+    """Width and height; zeros for the whole sensor."""
     binning: tuple[int, int] = (1, 1)
     """Columns and rows that make one pixel of the picture."""
 
     def __bool__(self) -> bool:
         """Whether the picture is another one than the whole sensor's."""
-        return bool(self.size) or self.binning != (1, 1)
+        return any(self.size) or self.binning != (1, 1)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,11 +17,8 @@ from navtool.pipeline.arrays import Array
 INTENSITY_NAMES = ("intensity", "intensities", "i", "reflectivity")
 RING_NAMES = ("ring", "line", "channel")
 TIME_NAMES = ("t", "time", "timestamp", "offset_time", "time_stamp")
-_DATATYPES = {
-    **{1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"},
-    # As PCL has long numbered them, and ROS since Lyrical.
-    **{9: "i8", 10: "u8", 11: "?"},
-}
+_DATATYPES = dict(enumerate(("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8", "i8", "u8", "?"), start=1))
+"""The last three as PCL has long numbered them, and ROS since Lyrical."""
 _FAR_M = 10_000.0
 
 
@@ -71,8 +68,8 @@ def _far_notes(points: Shaped[Array, "h w"], fields: _Fields, columns: Float32[A
     finite = columns[np.isfinite(columns)]
     if not finite.size or np.abs(finite).max() < _FAR_M:
         return ()
-    what = "points lie more than 10 km from their frame's origin: as kept, in single precision, they are off by millimetres"
-    return (Note("cloud.far", f"{what} to decimetres"),)
+    what = "points lie beyond 10 km of their frame's origin: in single precision they are off by millimetres and more"
+    return (Note("cloud.far", what),)
 
 
 def _fields(message: Any) -> _Fields:
@@ -101,8 +98,8 @@ def _points(message: Any, used: set[str]) -> tuple[Shaped[Array, "h w"], tuple[N
         return np.empty((0, 0), np.dtype([(name, kinds.get(name, "f4")) for name in sorted(used)])), ()
     places, notes = _places(message, used, order)
     last = max(places, key=lambda place: place.end)
-    numbers = (message.width, message.height, message.point_step, message.row_step)
-    layout = layout_of(Said(*(int(x) for x in numbers), size, last.end, last.name))
+    width, height, step, row_step = map(int, (message.width, message.height, message.point_step, message.row_step))
+    layout = layout_of(Said(width, height, step, row_step, size, last.end, last.name))
     dtype = np.dtype(
         {
             "names": [place.name for place in places],
@@ -112,7 +109,7 @@ def _points(message: Any, used: set[str]) -> tuple[Shaped[Array, "h w"], tuple[N
         }
     )
     strides = (layout.row_step, layout.point_step)
-    points = np.ndarray((layout.height, layout.width), dtype, buffer=message.data, strides=strides)
+    points: Array = np.ndarray((layout.height, layout.width), dtype, buffer=message.data, strides=strides)
     return points, (*notes, *layout.notes)
 
 

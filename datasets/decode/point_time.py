@@ -13,9 +13,9 @@ _SAME_CLOCK_S = 10.0
 def seconds_from_header(time: Shaped[Array, " n"], stamp_ns: int) -> Float32[Array, " n"]:
     """Seconds after the header's stamp, negative before it.
 
-    Drivers differ, and the field's type decides: integers are nanoseconds from the header (Ouster, Autoware);
-    64-bit ones beyond 1e15 are absolute; floats up to 1e9 are seconds from the header (Velodyne); doubles beyond are absolute, in seconds (Hesai) or, beyond
-    1e15, in nanoseconds (Livox).
+    Drivers differ, and the field's type decides: integers are nanoseconds from the header (Ouster, Autoware), 64-bit
+    ones beyond 1e15 absolute; floats up to 1e9 are seconds from the header (Velodyne); doubles beyond are absolute, in
+    seconds (Hesai) or, beyond 1e15, in nanoseconds (Livox).
 
     Args:
         time: Of any of the field types, in any byte order.
@@ -27,8 +27,8 @@ def seconds_from_header(time: Shaped[Array, " n"], stamp_ns: int) -> Float32[Arr
     """
     if time.dtype.kind in "iu" and time.dtype.itemsize == 8 and time.size and int(time.max()) > _ABSOLUTE_NS:
         # Absolute nanoseconds, which doubles do not hold.
-        origin = stamp_ns if abs(int(time.max()) - stamp_ns) <= _SAME_CLOCK_S * 1e9 else int(time.min())
-        return ((time.astype(np.int64) - origin) * 1e-9).astype(np.float32)
+        origin_ns = stamp_ns if abs(int(time.max()) - stamp_ns) <= _SAME_CLOCK_S * 1e9 else int(time.min())
+        return ((time.astype(np.int64) - origin_ns) * 1e-9).astype(np.float32)
     if time.dtype.kind in "iu":
         return np.asarray(time.astype(np.float64) * 1e-9, np.float32)
     if time.dtype.itemsize < 8:

@@ -65,7 +65,7 @@ def foresee_episode(
         provenance_of(path, planned, robot, config),
         int(plan.ticks_ns.size),
     )
-    notes = [*plan.notes, *plan.time_notes]
+    notes = [*plan.notes, *plan.odd.notes(), *plan.time_notes]
     if rebuilt:
         what = "would take the place of an older episode, whose labels would be taken away"
         notes.append(Note("episode.would-be-replaced", what))

@@ -26,7 +26,7 @@ class CameraLane(Lane):
     """
 
     def __init__(self, stream: str, segment: Segment, video: VideoWriter, reliability: ImageReliabilityConfig) -> None:
-        super().__init__(segment.parts.get(stream), segment.ticks, camera_reliability_keys(stream))
+        super().__init__(stream, segment.parts.get(stream), segment.ticks, camera_reliability_keys(stream))
         self.stats = ImageStats()
         self._video, self._reliability = video, reliability
         self._frames: dict[int, Image] = {}

@@ -11,6 +11,7 @@ from navtool.base.plain import plain
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.join_segments import join_segments
 from navtool.datasets.ingest.joined_columns import joined_columns
+from navtool.datasets.ingest.odd_messages import joined_odd
 from navtool.datasets.ingest.output_errors import output_errors
 from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.ingest.segment import Segment, SegmentResult
@@ -50,7 +51,8 @@ def join_step(
             on_reached=meter.part(0, len(segments)),
         )
     dropped = _dropped(plan, results)
-    notes = [*plan.notes, *_deskew_notes(results), *plan.time_notes]
+    odd = joined_odd(plan.odd, [part for result in results for part in result.odd])
+    notes = [*plan.notes, *odd.notes(), *_deskew_notes(results), *plan.time_notes]
     write_json(folder.beside / "calibration.json", plan.calibration.to_json())
     write_json(folder.beside / "sync.json", plan.sync_report | {"dropped": dropped, "notes": plain(notes)})
     write_bytes(folder.beside / "sync.svg", sync_picture(plan.sync_report, columns, config.fps).encode())

@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Float32
 
 from navtool.base.errors import DatasetsError
-from navtool.datasets.decode.messages import Decoded
+from navtool.datasets.decode.messages import Decoded, ImageFrame, PointCloud
+from navtool.datasets.ingest.odd_messages import OddMessages
 from navtool.datasets.ingest.segment import StreamPart
 from navtool.datasets.recording import RawMessage, Recording
 from navtool.pipeline.arrays import Array
@@ -23,16 +24,19 @@ class Lane(ABC):
     share nothing: each may work in a thread of its own.
 
     Args:
+        stream: Its name.
         part: What the segment reads of the stream; None where the recording has none.
         ticks: Rows of the segment.
         keys: Columns that the lane fills, as numbers.
     """
 
-    def __init__(self, part: StreamPart | None, ticks: int, keys: Sequence[str]) -> None:
+    def __init__(self, stream: str, part: StreamPart | None, ticks: int, keys: Sequence[str]) -> None:
         self.columns: dict[str, Array] = {key: np.zeros(ticks, dtype=np.float32) for key in keys}
         self.lost: list[int] = []
         """Ticks whose message cannot be decoded or never came."""
         self.undecodable = 0
+        self.odd = OddMessages()
+        self._stream = stream
         self._part = part or StreamPart("", 0, np.zeros(0, dtype=np.int64), {}, frozenset(), {})
         self._waits = np.zeros(ticks, dtype=np.bool_)
         self._waits[[tick for served in self._part.segment_ticks.values() for tick in served]] = True
@@ -50,6 +54,7 @@ class Lane(ABC):
             self.undecodable += position in self._part.own
             self._give_up(ticks)
         else:
+            self.odd.add(self._stream, sample.notes if isinstance(sample, ImageFrame | PointCloud) else ())
             self._use(sample, ticks, raw, position)
             self._waits[ticks] = False
         self._settle()

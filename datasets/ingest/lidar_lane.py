@@ -39,7 +39,7 @@ class LidarLane(Lane):
         config: IngestConfig,
         beside: Background,
     ) -> None:
-        super().__init__(segment.parts.get(stream), segment.ticks, CLOUD_RELIABILITY_KEYS)
+        super().__init__(stream, segment.parts.get(stream), segment.ticks, CLOUD_RELIABILITY_KEYS)
         self.stats = CloudStats()
         self.points_nonfinite = 0
         self.not_deskewed = 0

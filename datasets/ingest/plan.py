@@ -13,6 +13,7 @@ from navtool.datasets.ingest.contents import contents_of, contents_to_be
 from navtool.datasets.ingest.dropped import dropped_messages
 from navtool.datasets.ingest.grid import lay_grid, usable_topics
 from navtool.datasets.ingest.large_stream import LargeStream, large_streams, served_columns
+from navtool.datasets.ingest.odd_messages import OddMessages, odd_of_first_pass
 from navtool.datasets.ingest.plan_notes import (
     deskew_notes,
     geometry_notes,
@@ -60,6 +61,8 @@ class EpisodePlan:
     sync_report: dict[str, object]
     dropped: dict[str, int]
     notes: list[Note]
+    odd: OddMessages
+    """What the first pass found odd about single messages."""
     time_notes: list[Note]
     """Those on single streams' times, which are said last."""
     faults: tuple[str, ...]
@@ -101,6 +104,7 @@ def plan_episode(
         write_streams(streams_to, small)
     notes = [*stream_faults(recording, found), *measured.notes, *discharge.notes, *heading_notes(small.get("odometry"))]
     notes += [*geometry_notes(found, calibration, changed), *gravity_notes(small.get("imu")), *unreadable_notes(found)]
+    notes += recording.notes()
     notes += deskew_notes(small, wanted=config.deskew and "lidar" in large)
     return EpisodePlan(
         topics=topics,
@@ -115,6 +119,7 @@ def plan_episode(
         sync_report=sync_report(found, clocks, grid, columns, config.sync),
         dropped=dropped_messages(found, grid, large, contents),
         notes=notes,
+        odd=odd_of_first_pass(found, recording),
         time_notes=time_notes(clocks, grid),
         faults=recording.faults,
     )

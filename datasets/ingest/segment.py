@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float64, Int64, Shaped
 
 from navtool.datasets.ingest.large_stream import LargeStream
+from navtool.datasets.ingest.odd_messages import OddMessages
 from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.store.stats import CloudStats, ImageStats
 from navtool.datasets.streams.motion import Motion
@@ -77,6 +78,8 @@ class SegmentResult:
     images: dict[str, ImageStats] = field(default_factory=dict)
     """By camera."""
     clouds: CloudStats = field(default_factory=CloudStats)
+    odd: list[OddMessages] = field(default_factory=list)
+    """What was odd about its messages, by lane and recording."""
 
 
 def video_part(folder: Path, stream: str, segment: int) -> Path:

@@ -1,5 +1,6 @@
 """Second pass over a recording, one segment of it: frames and clouds read, judged, made small and written."""
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
@@ -8,6 +9,7 @@ from navtool.base.background import Background
 from navtool.datasets.ingest.camera_lane import CameraLane
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.lidar_lane import LidarLane
+from navtool.datasets.ingest.odd_messages import OddMessages
 from navtool.datasets.ingest.segment import Segment, SegmentResult, clouds_part, points_part, video_part
 from navtool.datasets.recording import Recording
 from navtool.datasets.recording.changed import changed_meanwhile
@@ -65,7 +67,7 @@ def write_segment(
                 images.call(lane.finish)
             else:
                 lane.finish()
-    return _result(segment, lanes)
+    return _result(segment, lanes, recording.bytes_left)
 
 
 def _lanes(
@@ -91,9 +93,12 @@ def _lidar_lane(
     return LidarLane(stream, segment, points, clouds, config, beside)
 
 
-def _result(segment: Segment, lanes: Mapping[str, CameraLane | LidarLane]) -> SegmentResult:
-    result = SegmentResult()
+def _result(
+    segment: Segment, lanes: Mapping[str, CameraLane | LidarLane], bytes_left: dict[str, Counter[int]]
+) -> SegmentResult:
+    result = SegmentResult(odd=[OddMessages(left=bytes_left)])
     for name, lane in lanes.items():
+        result.odd.append(lane.odd)
         if name in segment.in_rows:
             result.columns |= lane.columns
             if lane.lost:

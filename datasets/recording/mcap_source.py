@@ -246,10 +246,10 @@ def _channel(record: ChannelRecord, schemas: dict[int, Schema], count: int) -> C
     schema = schemas.get(record.schema_id)
     if schema is None:
         return Channel(record.topic, "", record.message_encoding, None, count)
-    definition = None
+    definition, md5sum = None, record.metadata.get("md5sum", "")
     if schema.data:
         form = _DEFINITION_FORMATS.get(schema.encoding, schema.encoding)
         # A protobuf schema is bytes: as latin-1 it is a text that gives them back.
         text = schema.data.decode("latin-1") if form == "protobuf" else schema.data.decode(errors="replace")
         definition = Definition(form, text)
-    return Channel(record.topic, normalised_type(schema.name), record.message_encoding, definition, count)
+    return Channel(record.topic, normalised_type(schema.name), record.message_encoding, definition, count, md5sum)

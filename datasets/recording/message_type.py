@@ -10,7 +10,8 @@ from rosbags.typesys.store import Typestore
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.recording.record_arrays import LIVOX_PACKAGES, RecordArrays, has_records
-from navtool.datasets.recording.source import Definition
+from navtool.datasets.recording.source import Definition, Read
+from navtool.datasets.recording.standard_types import completed
 
 _ENCODINGS = ("ros1", "cdr")
 _HEADERS = ("std_msgs/msg/Header", "roslib/msg/Header")
@@ -33,13 +34,20 @@ _DRIVERS_TYPES = {
 _IDL_SEPARATOR = "=" * 80 + "\n"
 
 
+_CDR_PADDING = 3
+"""Bytes that writers may append to a message."""
+_MOST_LEFT = 64
+"""Bytes behind a message's last field, as the recorder of a camera's SDK appends some; with more of them another
+definition is at work."""
+
+
 class StampLayout(NamedTuple):
     """Where the header's stamp lies in a serialised message, behind the encapsulation that CDR starts with."""
 
     encoding: str
     offset: int
 
-    def read(self, data: bytes) -> int:
+    def stamp_ns(self, data: bytes) -> int:
         """The stamp in nanoseconds.
 
         Raises:
@@ -62,9 +70,12 @@ class MessageType:
         name: The type's name.
         encoding: How its messages are serialised.
         stamp_layout: Where the header's stamp lies; None where the type starts with neither header nor time.
+        told: What was taken for a part of the definition that the recording lacks; empty where it is whole.
     """
 
-    def __init__(self, name: str, encoding: str, definition: Definition | None, ros_distro: str) -> None:
+    def __init__(
+        self, name: str, encoding: str, definition: Definition | None, ros_distro: str, md5sum: str = ""
+    ) -> None:
         """Read the definition down to its last part.
 
         Raises:
@@ -76,8 +87,10 @@ class MessageType:
             )
         self.name = name
         self.encoding = encoding
+        ros1 = encoding == "ros1"
+        self.told = ""
         if definition is None:
-            self._store = _default_types("ros1" if encoding == "ros1" else ros_distro)
+            self._store = _default_types("ros1" if ros1 else ros_distro)
             if name not in self._store.fielddefs:
                 raise DatasetsError(
                     f"the recording embeds no definition of {name}, and ROS {ros_distro} has no such type",
@@ -85,10 +98,14 @@ class MessageType:
                 )
         else:
             self._store = get_typestore(Stores.EMPTY)
-            self._store.register(_parsed(definition, name))
+            found = completed(_parsed, definition, name, md5sum, _default_types("ros1" if ros1 else ros_distro))
+            self._store.register(found.types)
+            self.told = found.told
         self._layout = self._layout_of(name, ())
         self.stamp_layout = self._stamp_layout()
         self._arrays = RecordArrays(self._store, name, encoding) if has_records(self._store, name) else None
+        self._fields: Any = self._store.get_msgdef(name)
+        self._class = self._store.types[name]
 
     def layout(self) -> tuple[object, ...]:
         """The fields with their types, down to the basic ones: equal layouts read equal bytes equally."""
@@ -99,10 +116,28 @@ class MessageType:
 
         A sequence of one of the `RECORD_TYPES` is a structured array.
         """
+        return self.read(data).message
+
+    def read(self, data: bytes) -> Read:
+        """The message, and how many bytes are left behind its last field.
+
+        Raises:
+            DatasetsError: There are fewer bytes than its content needs, or many more.
+        """
+        content = memoryview(data)
         if self._arrays is not None:
-            return self._arrays.read(memoryview(data))
-        read = self._store.deserialize_ros1 if self.encoding == "ros1" else self._store.deserialize_cdr
-        return read(memoryview(data), self.name)
+            message, end = self._arrays.read(content)
+        elif self.encoding == "ros1":
+            message, end = self._fields.deserialize_ros1(content, 0, self._class, self._store)
+        else:
+            if data[:2] not in _CDR_TIME:
+                raise DatasetsError("the message is in an unknown encapsulation")
+            little = self._fields.deserialize_cdr_le, self._fields.deserialize_cdr_be
+            message, end = little[data[1] == 0](content[4:], 0, self._class, self._store)
+        size, padding = (len(data), 0) if self.encoding == "ros1" else (len(data) - 4, _CDR_PADDING)
+        if not 0 <= size - end <= _MOST_LEFT:
+            raise DatasetsError(f"a message of {size} bytes, whose content takes {end}")
+        return Read(message, size - end if size - end > padding else 0)
 
     def _stamp_layout(self) -> StampLayout | None:
         fields = self._store.fielddefs[self.name][1]
@@ -130,13 +165,15 @@ class MessageType:
 
 
 @lru_cache(maxsize=512)
-def message_type(name: str, encoding: str, definition: Definition | None, ros_distro: str) -> MessageType:
+def message_type(
+    name: str, encoding: str, definition: Definition | None, ros_distro: str, md5sum: str = ""
+) -> MessageType:
     """The type, made once for all recordings that define it alike: making it takes about 20 ms.
 
     Raises:
         DatasetsError: Its encoding is not supported, or there is no definition of it.
     """
-    return MessageType(name, encoding, definition, ros_distro)
+    return MessageType(name, encoding, definition, ros_distro, md5sum)
 
 
 def check_ros_distro(ros_distro: str) -> None:

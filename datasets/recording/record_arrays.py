@@ -41,8 +41,6 @@ _CODES = {
 }
 type _Order = Literal["<", ">"]
 _CDR_ORDERS: dict[bytes, _Order] = {b"\0\0": ">", b"\0\1": "<"}
-_CDR_PADDING = 3
-"""Bytes that writers may append to a message."""
 
 
 class _Records(NamedTuple):
@@ -104,11 +102,11 @@ class RecordArrays:
             others = []
         self._add_others(others)
 
-    def read(self, data: memoryview) -> Any:
-        """The message.
+    def read(self, data: memoryview) -> tuple[Any, int]:
+        """The message, and the offset behind its last field in the bytes behind the encapsulation.
 
         Raises:
-            DatasetsError: There are fewer or more bytes than its content needs.
+            DatasetsError: There are fewer bytes than its content needs.
         """
         order: _Order = "<"
         if self._cdr:
@@ -130,9 +128,7 @@ class RecordArrays:
                     read = kind.deserialize_cdr_le if order == "<" else kind.deserialize_cdr_be
                 others, offset = read(data, offset, _tuple, self._store)
                 values += others
-        if not 0 <= len(data) - offset <= (_CDR_PADDING if self._cdr else 0):
-            raise DatasetsError(f"a message of {len(data)} bytes, whose content takes {offset}")
-        return self._store.types[self._name](*values)
+        return self._store.types[self._name](*values), offset
 
     def _add_others(self, fields: list[Any]) -> None:
         if fields:

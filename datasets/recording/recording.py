@@ -1,12 +1,14 @@
 """A recording, whatever its format: its topics, its messages in time order, their stamps and their contents."""
 
 import heapq
+from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.datasets.decode.messages import Decoded
 from navtool.datasets.decode.table import MESSAGES
 from navtool.datasets.recording.foreign import describe
@@ -32,6 +34,7 @@ class Recording:
         end_ns: Record time of the last message; 0 without messages.
         message_count: Of all topics.
         topics: By name; those without messages included.
+        bytes_left: Numbers of messages, of those that were decoded, by the bytes behind their last field, by topic.
     """
 
     def __init__(
@@ -51,6 +54,7 @@ class Recording:
         self._ros_distro = ros_distro
         self._types: dict[tuple[str, str], AnyType | DatasetsError] = {}
         self._stamps: dict[tuple[str, str], StampLayout | JsonType | ProtobufType | None] = {}
+        self.bytes_left: dict[str, Counter[int]] = {}
         self._channels: dict[tuple[str, str], list[Channel]] = {}
         for channel in (channel for source in sources for channel in source.channels):
             self._channels.setdefault((channel.topic, channel.type), []).append(channel)
@@ -116,6 +120,14 @@ class Recording:
         parts = [(source.where, fault) for source in self._sources for fault in source.faults]
         return tuple(fault if len(self._sources) == 1 else f"{where.name}: {fault}" for where, fault in parts)
 
+    def notes(self) -> list[Note]:
+        """What was done about definitions of its types, as far as they were needed."""
+        return [
+            Note("definition.completed", f"{topic}: {kind.told}")
+            for (topic, _), kind in sorted(self._types.items(), key=lambda item: item[0])
+            if not isinstance(kind, DatasetsError) and kind.told
+        ]
+
     def header_stamp_ns(self, raw: RawMessage) -> int | None:
         """The header's stamp, read from the bytes; 0 where it was left unset, None where the type has no header.
 
@@ -134,7 +146,7 @@ class Recording:
         if layout is None:
             return None
         try:
-            return layout.read(raw.data)
+            return layout.stamp_ns(raw.data)
         except Exception as error:
             raise self._fault(raw, f"its header cannot be read: {describe(error)}") from error
 
@@ -156,7 +168,10 @@ class Recording:
         if message is None:
             raise self._fault(raw, "there is no decoder for the type", f"decodable are {', '.join(sorted(MESSAGES))}")
         try:
-            return message.decode(self._type_of(raw).deserialise(raw.data))
+            read = self._type_of(raw).read(raw.data)
+            if read.left_bytes:
+                self.bytes_left.setdefault(raw.topic, Counter())[read.left_bytes] += 1
+            return message.decode(read.message)
         except DatasetsError as error:
             raise self._fault(raw, error.what, error.cure) from error
         except Exception as error:
@@ -196,7 +211,7 @@ class Recording:
         channels = self._channels.get(key)
         if channels is None:
             raise DatasetsError("the message is not one of this recording")
-        definitions = {(channel.encoding, channel.definition): channel for channel in channels}
+        definitions = {(channel.encoding, channel.definition, channel.md5sum): channel for channel in channels}
         first, *others = (_made(x, self._ros_distro) for x in definitions.values())
         if any((other.encoding, other.layout()) != (first.encoding, first.layout()) for other in others):
             raise DatasetsError("the topic carries two different types of this name", cure="filter one publisher out")
@@ -209,7 +224,7 @@ class Recording:
 def _made(channel: Channel, ros_distro: str) -> AnyType:
     if channel.encoding in ("json", "protobuf"):
         return schema_type(channel.type, channel.encoding, channel.definition)
-    return message_type(channel.type, channel.encoding, channel.definition, ros_distro)
+    return message_type(channel.type, channel.encoding, channel.definition, ros_distro, channel.md5sum)
 
 
 def _from(start_ns: int, messages: Iterator[RawMessage]) -> Iterator[tuple[int, RawMessage | None]]:

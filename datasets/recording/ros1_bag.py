@@ -42,6 +42,7 @@ class Connection(NamedTuple):
     topic: str
     type: str
     definition: str
+    md5sum: str
 
 
 def record_at(content: bytes | FileBytes, offset: int, limit: int) -> Record:
@@ -112,8 +113,8 @@ def connection_of(content: bytes | FileBytes, record: Record) -> Connection:
     """The connection that a record describes."""
     described = _plain_fields(content[record.start : record.end], record.offset)
     topic = described.get(b"topic") or record.fields.get(b"topic", b"")
-    parts = (topic, described.get(b"type", b""), described.get(b"message_definition", b""))
-    return Connection(*(part.decode(errors="replace") for part in parts))
+    others = (described.get(name, b"") for name in (b"type", b"message_definition", b"md5sum"))
+    return Connection(*(part.decode(errors="replace") for part in (topic, *others)))
 
 
 def next_chunk(content: FileBytes, offset: int) -> int | None:

@@ -51,6 +51,7 @@ class Ros1Source:
                 "ros1",
                 Definition("msg", c.definition) if c.definition else None,
                 self._counts[key],
+                c.md5sum,
             )
             for key, c in self._connections.items()
         }

@@ -10,7 +10,7 @@ from typing import Any
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.header import joined_ns
-from navtool.datasets.recording.source import Definition
+from navtool.datasets.recording.source import Definition, Read
 
 _BINARY = ("data",)
 """Fields that hold bytes; JSON has them in base64."""
@@ -28,6 +28,9 @@ class JsonType:
         self.name = name
         self.encoding = "json"
 
+    told = ""
+    """Nothing was done about its definition."""
+
     @property
     def stamp_layout(self) -> "JsonType":
         """What reads the stamp: the message itself."""
@@ -41,7 +44,11 @@ class JsonType:
         """The object; fields named ``data`` decoded from base64."""
         return json.loads(data, object_hook=_namespace)
 
-    def read(self, data: bytes) -> int | None:
+    def read(self, data: bytes) -> Read:
+        """The object, whole or not at all."""
+        return Read(self.deserialise(data))
+
+    def stamp_ns(self, data: bytes) -> int | None:
         """The stamp in nanoseconds; None where the message has none."""
         time = json.loads(data).get("timestamp")
         return None if time is None else joined_ns(time["sec"], time["nsec"])
@@ -67,6 +74,9 @@ class ProtobufType:
             pool.Add(file)
         self._class = message_factory.GetMessageClass(pool.FindMessageTypeByName(name))
 
+    told = ""
+    """Nothing was done about its definition."""
+
     @property
     def stamp_layout(self) -> "ProtobufType":
         """What reads the stamp: the message itself."""
@@ -80,7 +90,11 @@ class ProtobufType:
         """The message."""
         return self._class.FromString(bytes(data))
 
-    def read(self, data: bytes) -> int | None:
+    def read(self, data: bytes) -> Read:
+        """The message, whole or not at all."""
+        return Read(self.deserialise(data))
+
+    def stamp_ns(self, data: bytes) -> int | None:
         """The stamp in nanoseconds; None where the message has none."""
         time = getattr(self.deserialise(data), "timestamp", None)
         return None if time is None else joined_ns(time.seconds, time.nanos)

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from navtool.datasets.recording.raw import RawMessage
 
@@ -19,6 +19,14 @@ class Definition(NamedTuple):
     text: str
 
 
+class Read(NamedTuple):
+    """A message as an object, and what its type leaves of the bytes."""
+
+    message: Any
+    left_bytes: int = 0
+    """Bytes behind the last field, beyond what pads a message."""
+
+
 @dataclass(frozen=True, slots=True)
 class Channel:
     """A stream of equally encoded messages; several channels may share a topic."""
@@ -30,6 +38,8 @@ class Channel:
     definition: Definition | None
     """None where the recording embeds none."""
     count: int
+    md5sum: str = ""
+    """Of the type as ROS 1 counts it; empty where the recording does not say it."""
 
 
 @runtime_checkable

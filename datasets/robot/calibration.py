@@ -136,9 +136,10 @@ def read_calibration(path: Path) -> Calibration:
         camera = content["camera"]
         matrices = {name: _matrix(content[name]) for name in (STREAMS[stream].pose for stream in POSED)}
         further = {name: SensorGeometry.from_json(name, x) for name, x in content.get("further", {}).items()}
+        poses: dict[str, Any] = dict(matrices)
         return Calibration(
             camera=None if camera is None else camera_from_json(camera),
-            **matrices,
+            **poses,
             base_height_m=float(content["base_height_m"]),
             robot_width_m=float(content["robot_width_m"]),
             sources=dict(content["sources"]),

@@ -1,7 +1,7 @@
 """A calibrated camera brought to the pictures as they were recorded: regions of interest, binning, other sizes.
 
-Reference: REP 104: K, P and the size belong to the whole sensor; a region of interest is given in its pixels and read out
-before pixels are binned.
+Reference: REP 104: K, P and the size belong to the whole sensor; a region of interest is given in its pixels and read
+out before pixels are binned.
 """
 
 from dataclasses import replace
@@ -30,8 +30,8 @@ def fitted(camera: CameraModel, region: Region, seen: tuple[int, int] | None) ->
     """The camera of what the recorded pictures show.
 
     A region of interest moves the principal point and scales nothing; binning scales. Where pictures have neither the
-    size that both give nor the shape of the calibrated picture, the camera is scaled along columns and rows apart, and a
-    note says so.
+    size that both give nor the shape of the calibrated picture, the camera is scaled along columns and rows apart, and
+    a note says so.
 
     Args:
         camera: At the size of the calibration.
@@ -41,26 +41,24 @@ def fitted(camera: CameraModel, region: Region, seen: tuple[int, int] | None) ->
     whole = camera.width, camera.height
     notes: list[Note] = []
     part = camera
-    if region.size and not _inside(region, whole):
+    if any(region.size) and not _inside(region, whole):
         notes.append(_not_believed(region, f"it does not lie within the {_size(whole)} pixels of the calibration"))
-    elif region.size and region.size != whole:
+    elif any(region.size) and region.size != whole:
         part = _cropped(camera, region)
     read_out = part.width // region.binning[0], part.height // region.binning[1]
     size = seen or read_out
     if part is not camera and not (_close(size, read_out) or _same_shape(size, (part.width, part.height))):
         unbinned = whole[0] // region.binning[0], whole[1] // region.binning[1]
         if _close(size, unbinned) or _same_shape(size, whole):
-            notes.append(
-                _not_believed(region, f"the pictures have {_size(size)} pixels, the shape of the whole sensor")
-            )
+            notes.append(_not_believed(region, f"the pictures, {_size(size)}, have the shape of the whole sensor"))
             part = camera
     if not (_close(size, read_out) or _same_shape(size, (part.width, part.height))):
         notes.append(
             Note(
                 "camera.other-shape",
-                f"calibrated at {_size((part.width, part.height))}, pictures of {_size(size)}: scaled along columns and "
-                "rows apart, as if they were stretched; where they are cut out of the calibrated picture, give their "
-                "own calibration as camera in the robot file, with camera_info: [none]",
+                f"calibrated at {_size((part.width, part.height))}, pictures of {_size(size)}: scaled along columns "
+                "and rows apart, as if they were stretched; if they are cut out of it, give their own calibration as "
+                "camera in the robot file, with camera_info: [none]",
             )
         )
     return Fitted(part, _done(camera, part, region, size), tuple(notes))

@@ -114,10 +114,10 @@ def _add_stamp(stream: RecordedStream, recording: Recording, raw: RawMessage) ->
             _count_fault(stream, error)
             return
         if isinstance(sample, ImageFrame):
-            stream.frame_id = sample.frame_id
+            stream.frame_id, stream.notes = sample.frame_id, list(sample.notes)
             stream.native_size = (sample.rgb.shape[1], sample.rgb.shape[0])
         elif isinstance(sample, PointCloud):
-            stream.frame_id = sample.frame_id
+            stream.frame_id, stream.notes = sample.frame_id, list(sample.notes)
             stream.native_size = (len(sample.xyz), 1)
 
 

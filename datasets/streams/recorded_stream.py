@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float64, Int64
 
+from navtool.base.note import Note
 from navtool.pipeline.arrays import Array
 
 _MOST = 1e15
@@ -25,6 +26,8 @@ class RecordedStream:
     undecodable: int = 0
     first_fault: str = ""
     native_size: tuple[int, int] | None = None
+    notes: list[Note] = field(default_factory=list)
+    """What is odd about the messages that were looked at."""
     beyond_measure: int = 0
     """Numbers that ``values`` left out."""
 

@@ -55,8 +55,8 @@ class CameraModel:
     cy: float
     """Principal point, v in pixels."""
     distortion_model: str = "none"
-    """none, plumb_bob or rational_polynomial (of OpenCV's k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [taux tauy]]]] the first 4
-    to 14, whatever their number), or equidistant (k1..k4)."""
+    """none, plumb_bob or rational_polynomial (the first 4 to 14 of OpenCV's k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 taux
+    tauy), or equidistant (k1..k4)."""
     distortion: tuple[float, ...] = ()
     """The model's coefficients in the order of ROS and OpenCV; empty means an ideal lens of that model."""
 

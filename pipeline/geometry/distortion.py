@@ -36,8 +36,8 @@ class RationalDistortion:
         x' = x \frac{1 + k_1 r^2 + k_2 r^4 + k_3 r^6}{1 + k_4 r^2 + k_5 r^4 + k_6 r^6} + 2 p_1 x y + p_2 (r^2 + 2 x^2)
              + s_1 r^2 + s_2 r^4
 
-    and likewise for y with the roles of p1 and p2 exchanged, and s3 and s4. What a sensor tilted by taux and tauy sees is
-    then turned and projected. Reference: OpenCV, "Camera calibration and 3D reconstruction".
+    and likewise for y with the roles of p1 and p2 exchanged, and s3 and s4. What a sensor tilted by taux and tauy sees
+    is then turned and projected. Reference: OpenCV, "Camera calibration and 3D reconstruction".
 
     Args:
         coefficients: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 taux tauy; those left out at the end are 0.
@@ -202,7 +202,7 @@ def lengths_in_words(model: str) -> str:
 
 
 def _tilt(tau_x: float, tau_y: float) -> Float64[Array, "3 3"]:
-    """How a tilted sensor sees the normalised plane (OpenCV's ``computeTiltProjectionMatrix``), in homogeneous terms."""
+    """How a tilted sensor sees the normalised plane, in homogeneous terms: OpenCV's ``computeTiltProjectionMatrix``."""
     cos_x, sin_x, cos_y, sin_y = np.cos(tau_x), np.sin(tau_x), np.cos(tau_y), np.sin(tau_y)
     about_x = np.array([[1.0, 0.0, 0.0], [0.0, cos_x, sin_x], [0.0, -sin_x, cos_x]])
     about_y = np.array([[cos_y, 0.0, -sin_y], [0.0, 1.0, 0.0], [sin_y, 0.0, cos_y]])

@@ -40,8 +40,8 @@ def lens_of(name: str, coefficients: tuple[float, ...]) -> Lens:
     """The lens that a driver describes.
 
     Zeros behind the coefficients of a model are cut off, as drivers that keep room for more write them. A lens whose
-    coefficients are all 0 does not distort, whatever its model is called, but for fisheye lenses. Without a name, OpenCV's
-    model counts, as ROS takes it; and so where a name means no distortion and the coefficients are not 0.
+    coefficients are all 0 does not distort, but for fisheye lenses. Without a name OpenCV's model counts, as ROS takes
+    it, and so it does where a name means no distortion and the coefficients are not 0.
 
     Raises:
         ValueError: The name is unknown or the number of coefficients is none that the model has.

@@ -105,8 +105,9 @@ def test_records_among_any_fields_are_read_as_the_library_reads_them(layout: Lay
         data = bytes(store.serialize_cdr(message, MESSAGE, little_endian=little_endian))
         assert_equal(kind.deserialise(data), store.deserialize_cdr(data, MESSAGE))
         assert_equal(kind.deserialise(data + bytes(3)), store.deserialize_cdr(data, MESSAGE))
+        assert kind.read(data + bytes(4)).left_bytes == 4
         with pytest.raises(DatasetsError, match=r"a message of \d+ bytes, whose content takes \d+"):
-            kind.deserialise(data + bytes(4))
+            kind.deserialise(data + bytes(70))
 
 
 @settings(max_examples=60, deadline=None)
@@ -116,8 +117,9 @@ def test_in_ros_1_records_of_any_numbers_lie_one_behind_the_other(layout: Layout
     kind = type_of(store, ros1=True)
     data = bytes(store.serialize_ros1(message_of(layout, store), MESSAGE))
     assert_equal(kind.deserialise(data), store.deserialize_ros1(data, MESSAGE))
+    assert kind.read(data + bytes(1)).left_bytes == 1
     with pytest.raises(DatasetsError, match="whose content takes"):
-        kind.deserialise(data + bytes(1))
+        kind.deserialise(data + bytes(65))
 
 
 @settings(max_examples=10, deadline=None)

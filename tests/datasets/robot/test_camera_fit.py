@@ -5,20 +5,22 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from navtool.datasets.decode.messages import Region
 from navtool.datasets.robot.camera_fit import fitted
 from navtool.pipeline.geometry.camera import CameraModel
 
+Floats = NDArray[np.float64]
 LENS = (-0.28, 0.07, 0.001, -0.0007, 0.01)
 CAMERA = CameraModel(640, 480, 500.0, 510.0, 321.0, 238.0, "plumb_bob", LENS)
 POINTS = np.array([[0.1, 0.2, 1.0], [-0.2, 0.15, 2.0], [0.05, 0.1, 1.5]])
 
 
-def by_opencv(points: np.ndarray) -> np.ndarray:
+def by_opencv(points: Floats) -> Floats:
     matrix = np.array([[500.0, 0, 321.0], [0, 510.0, 238.0], [0, 0, 1]])
     pixels, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), matrix, np.array(LENS))
-    return np.asarray(pixels).reshape(-1, 2)
+    return np.asarray(pixels, np.float64).reshape(-1, 2)
 
 
 @pytest.mark.parametrize("offset", [(0, 240), (100, 0), (37, 61)])

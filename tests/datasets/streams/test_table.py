@@ -72,7 +72,7 @@ def test_a_row_of_every_small_stream_has_the_tables_columns(ros_message: Callabl
 
 
 def test_poses_are_fields_of_the_calibration_by_their_streams() -> None:
-    matrices = {STREAMS[stream].pose: np.eye(4) * (number + 1) for number, stream in enumerate(POSED)}
+    matrices: dict[str, Any] = {STREAMS[stream].pose: np.eye(4) * (number + 1) for number, stream in enumerate(POSED)}
     calibration = Calibration(
         camera=None,
         base_height_m=0.0,
