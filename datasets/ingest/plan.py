@@ -33,6 +33,7 @@ from navtool.datasets.streams.battery_sign import discharge_sign
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.first_pass import FirstPass, first_pass
 from navtool.datasets.streams.found_notes import unreadable_notes
+from navtool.datasets.streams.measured_offsets import measure_offsets
 from navtool.datasets.streams.motion import Motion
 from navtool.datasets.streams.odometry_heading import heading_notes
 from navtool.datasets.streams.small_streams import small_streams
@@ -96,6 +97,11 @@ def plan_episode(
     contents = fixed or contents_to_be(contents_of(found), robot)
     calibration, changed = _calibration(robot, found)
     small = small_streams(found, grid.times, calibration, robot)
+    compared = measure_offsets(recording, topics.streams, clocks, grid.times, small)
+    if compared.clocks.offsets != clocks.offsets:
+        clocks = compared.clocks
+        grid = lay_grid(recording, topics, clocks, config.fps)
+        small = small_streams(found, grid.times, calibration, robot)
     discharge = discharge_sign(robot.battery_current_sign, small.get("battery"))
     measured = small_columns(grid.ticks_ns, small, contents, config.sync, discharge.sign)
     large = large_streams(found, grid, contents, config.sync)
@@ -116,7 +122,7 @@ def plan_episode(
         motion=motion_of(small.get("odometry"), config.sync.odometry.tolerance_s) if config.deskew else None,
         calibration=calibration,
         recording_start_ns=clocks.on_clock_of(grid.stream, recording.start_ns),
-        sync_report=sync_report(found, clocks, grid, columns, config.sync),
+        sync_report=sync_report(found, clocks, grid, columns, config.sync, compared.measured),
         dropped=dropped_messages(found, grid, large, contents),
         notes=notes,
         odd=odd_of_first_pass(found, recording),

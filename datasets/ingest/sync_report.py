@@ -13,6 +13,7 @@ from navtool.datasets.streams.clock import Jump, StreamTime
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.config import StreamSync, SyncConfig
 from navtool.datasets.streams.first_pass import FirstPass
+from navtool.datasets.streams.measured_offsets import Measured
 from navtool.datasets.streams.sync import Method
 from navtool.datasets.streams.table import in_rows
 from navtool.pipeline.arrays import Array
@@ -26,7 +27,12 @@ _DRIFT_LEAST_S = 20.0
 
 
 def sync_report(
-    found: FirstPass, clocks: Clocks, grid: Grid, columns: Mapping[str, Column], config: SyncConfig
+    found: FirstPass,
+    clocks: Clocks,
+    grid: Grid,
+    columns: Mapping[str, Column],
+    config: SyncConfig,
+    measured: Mapping[str, Measured],
 ) -> dict[str, object]:
     """The content of ``sync.json``: the grid, and for each stream how it was brought onto it.
 
@@ -37,7 +43,7 @@ def sync_report(
         sync, column = config.of(name), in_rows(name)
         valid = columns.get(f"valid.{column}")
         errors = np.abs(columns[f"sync.error_s.{column}"][valid]) if valid is not None else np.zeros(0)
-        header_ns, record_ns = clocks.header_ns[name], clocks.record_ns[name]
+        header_ns, record_ns = clocks.recorded_ns[name], clocks.record_ns[name]
         streams[name] = {
             "topic": found.streams[name].topic,
             "messages": len(record_ns),
@@ -46,6 +52,8 @@ def sync_report(
             "tolerance_s": None if sync is None else sync.tolerance_s,
             **_intervals(time.stamps_ns, start_ns),
             **_against_record(header_ns, record_ns),
+            "clock_offset": _offset(clocks, name),
+            "motion": _motion(measured.get(name)),
             "backwards": time.backwards,
             "repeated": time.repeated,
             "unstamped": time.unstamped,
@@ -125,6 +133,31 @@ def _drift_ppm(offset_s: Float64[Array, " n"], record_ns: Int64[Array, " n"]) ->
     return round((last - first) / (0.8 * span_s) * 1e6, 1)
 
 
+def _offset(clocks: Clocks, name: str) -> dict[str, object] | None:
+    """How far the header clock is ahead of the others', and what was added to its stamps; None where it is not."""
+    offset = clocks.offsets.get(name)
+    if offset is None:
+        return None
+    shift = offset.shift
+    return {
+        "ahead_s": _rounded(offset.apart_s),
+        "added_s": 0.0 if shift is None else _rounded(shift.seconds),
+        "added_drift_ppm": 0.0 if shift is None else round(shift.drift * 1e6, 1),
+    }
+
+
+def _motion(measured: Measured | None) -> dict[str, object] | None:
+    """What the robot's turning says of a stream's clock, before it was shifted by that; None where it says nothing."""
+    if measured is None:
+        return None
+    return {
+        "against": measured.against,
+        "ahead_s": _rounded(measured.offset.lag_s),
+        "within_s": _rounded(measured.offset.sd_s),
+        "correlation": _rounded(measured.offset.correlation),
+    }
+
+
 def _step(jump: Jump, time: StreamTime, header_ns: Int64[Array, " n"], start_ns: int) -> dict[str, float]:
     at = np.flatnonzero(time.order == jump.position)
     moment = int(time.stamps_ns[at[0]]) if at.size else int(header_ns[jump.position])
@@ -132,8 +165,8 @@ def _step(jump: Jump, time: StreamTime, header_ns: Int64[Array, " n"], start_ns:
 
 
 def _notes(name: str, time: StreamTime, clocks: Clocks) -> list[Note]:
-    jumps, header_ns, record_ns = clocks.jumps[name], clocks.header_ns[name], clocks.record_ns[name]
-    notes = [*time.notes]
+    jumps, header_ns, record_ns = clocks.jumps[name], clocks.recorded_ns[name], clocks.record_ns[name]
+    notes = [*time.notes, *clocks.notes(name)]
     if jumps:
         largest = max(jumps, key=lambda jump: abs(jump.by_ns)).by_ns * 1e-9
         times = "once" if len(jumps) == 1 else f"{len(jumps)} times"

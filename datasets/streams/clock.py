@@ -14,6 +14,8 @@ from navtool.pipeline.arrays import Array
 OTHER_EPOCH_NS = 1_000_000_000
 """Clocks that are further apart than this count from another origin (simulated time, a clock never set)."""
 NO_STAMP = -1
+_LEAST = 0.95
+"""So many of a stream's messages are more delayed than those that count as least delayed."""
 
 
 class Clock(StrEnum):
@@ -100,13 +102,15 @@ class ReferenceClock:
     record_ns: Int64[Array, " n"]
     """Strictly increasing."""
     header_ns: Int64[Array, " n"]
-    offset_ns: int
-    """Median of header minus record time."""
+    least_ns: int
+    """Header minus record time of the least delayed messages."""
+    apart_ns: int = OTHER_EPOCH_NS
+    """Beyond this it is another clock than the recorder's."""
 
     @property
     def other_epoch(self) -> bool:
         """Whether the headers count from another origin than the recorder."""
-        return abs(self.offset_ns) > OTHER_EPOCH_NS
+        return abs(self.least_ns) > self.apart_ns
 
     def from_record(self, record_ns: Int64[Array, " m"]) -> Int64[Array, " m"]:
         """Times of record on the headers' clock: as they are, or interpolated where the headers' epoch is another.
@@ -127,20 +131,35 @@ class ReferenceClock:
         return times
 
 
-def clock_offset(header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"]) -> int | None:
-    """Median of header minus record time over the messages with a stamp; None where there is none."""
+def clock_offset(header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"], share: float = 0.5) -> int | None:
+    """Median of header minus record time over the messages with a stamp; None where there is none.
+
+    Args:
+        share: Another quantile than the median: 0.95 is that of the messages that were least delayed.
+    """
     stamped = header_ns > 0
-    return int(np.median(header_ns[stamped] - record_ns[stamped])) if stamped.any() else None
+    if not stamped.any():
+        return None
+    apart_ns = header_ns[stamped] - record_ns[stamped]
+    # Doubles hold differences of years to a quarter of a microsecond only.
+    middle_ns = int(np.median(apart_ns))
+    return middle_ns if share == 0.5 else middle_ns + int(np.quantile(apart_ns - middle_ns, share))
 
 
-def reference_clock(header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"]) -> ReferenceClock | None:
-    """The clock that a stream's headers show; None where it has no stamps."""
-    offset = clock_offset(header_ns, record_ns)
-    if offset is None:
+def reference_clock(
+    header_ns: Int64[Array, " n"], record_ns: Int64[Array, " n"], apart_ns: int = OTHER_EPOCH_NS
+) -> ReferenceClock | None:
+    """The clock that a stream's headers show; None where it has no stamps.
+
+    Args:
+        apart_ns: Headers that are further from the times of record are of another clock.
+    """
+    least_ns = clock_offset(header_ns, record_ns, _LEAST)
+    if least_ns is None:
         return None
     stamped = header_ns > 0
     recorded, first = np.unique(record_ns[stamped], return_index=True)
-    return ReferenceClock(recorded, header_ns[stamped][first], offset)
+    return ReferenceClock(recorded, header_ns[stamped][first], least_ns, apart_ns)
 
 
 def stream_time(
@@ -162,10 +181,10 @@ def stream_time(
     Raises:
         DatasetsError: Header stamps are wanted and there are none.
     """
-    offset = clock_offset(header_ns, record_ns)
+    least_ns = clock_offset(header_ns, record_ns, _LEAST)
     stamped = header_ns > 0
     notes: list[Note] = []
-    away_ns = None if offset is None else offset - (0 if reference is None else reference.offset_ns)
+    away_ns = None if least_ns is None else least_ns - (0 if reference is None else reference.least_ns)
     if clock is Clock.header and not stamped.any():
         raise DatasetsError(
             "no message has a header stamp, which the settings ask for", cure="set its clock to auto or record"
@@ -194,7 +213,7 @@ def stream_time(
         backwards=backwards,
         repeated=int(kept.size - stamps.size),
         unstamped=int((~usable).sum()),
-        offset_ns=offset,
+        offset_ns=clock_offset(header_ns, record_ns),
         notes=tuple(notes),
     )
 

@@ -1,12 +1,30 @@
 """The clocks of a recording's streams, brought onto one."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Int64
 
 from navtool.base.errors import DatasetsError
-from navtool.datasets.streams.clock import Jump, StreamTime, mend_jumps, reference_clock, stream_time
+from navtool.base.note import Note
+from navtool.datasets.streams.clock import (
+    OTHER_EPOCH_NS,
+    Clock,
+    Jump,
+    ReferenceClock,
+    StreamTime,
+    mend_jumps,
+    reference_clock,
+    stream_time,
+)
+from navtool.datasets.streams.clock_offsets import (
+    AHEAD_S,
+    ClockOffset,
+    OffsetPolicy,
+    Shift,
+    compare_clocks,
+    latency_of,
+)
 from navtool.datasets.streams.config import SyncConfig
 from navtool.datasets.streams.first_pass import FirstPass
 from navtool.pipeline.arrays import Array
@@ -17,24 +35,63 @@ class Clocks:
     """Header stamps and record times of every stream, the steps of header clocks taken out.
 
     Attributes:
-        header_ns: Stamps per stream in the order of record; -1 without header, 0 where it was left empty.
+        header_ns: Stamps per stream in the order of record, on one clock as far as that is known; -1 without header, 0
+            where it was left empty.
+        recorded_ns: The same as recorded, but for steps.
         record_ns: When each message was recorded.
         jumps: The steps that were taken out.
+        offsets: Streams whose header clock is apart from the others', or may be.
+        level_s: How far the clock that most streams share is ahead of the recorder's.
     """
 
     header_ns: dict[str, Int64[Array, " n"]]
+    recorded_ns: dict[str, Int64[Array, " n"]]
     record_ns: dict[str, Int64[Array, " n"]]
     jumps: dict[str, tuple[Jump, ...]]
     policy: SyncConfig
+    offsets: dict[str, ClockOffset] = field(default_factory=dict)
+    level_s: float = 0.0
 
     @classmethod
     def of(cls, found: FirstPass, policy: SyncConfig) -> "Clocks":
-        """The clocks of what the first pass found."""
-        header_ns, record_ns, jumps = {}, {}, {}
+        """The clocks of what the first pass found, those that are apart treated as the policy says.
+
+        Raises:
+            DatasetsError: A clock is apart, and the policy refuses that.
+        """
+        mended, record_ns, jumps = {}, {}, {}
         for name, stream in found.streams.items():
             recorded, record_ns[name] = stream.stamps
-            header_ns[name], jumps[name] = mend_jumps(recorded, record_ns[name], round(policy.clock_step_s * 1e9))
-        return cls(header_ns, record_ns, jumps, policy)
+            mended[name], jumps[name] = mend_jumps(recorded, record_ns[name], round(policy.clock_step_s * 1e9))
+        clocks = cls(dict(mended), mended, record_ns, jumps, policy)
+        latencies = {
+            name: latency
+            for name in mended
+            if policy.clock_of(name) is not Clock.record
+            and (latency := latency_of(name, mended[name], record_ns[name])) is not None
+        }
+        given = {name: seconds for name in mended if (seconds := policy.offset_of(name)) is not None}
+        compared = compare_clocks(latencies, given)
+        clocks = replace(clocks, level_s=compared.level_s)
+        for name, seconds in given.items():
+            clocks = clocks.shifted(name, ClockOffset(-seconds, Shift(seconds, exact=True) if seconds else None))
+        for name, offset in compared.offsets.items():
+            clocks = clocks.shifted(name, offset)
+        return clocks
+
+    def shifted(self, stream: str, offset: ClockOffset) -> "Clocks":
+        """The clocks with a stream's offset, its stamps shifted where it says so and the policy allows it.
+
+        Raises:
+            DatasetsError: The clock is apart, and the policy refuses that.
+        """
+        set_by_hand = self.policy.offset_of(stream) is not None
+        if offset.shift is not None and not set_by_hand:
+            offset = self._as_declared(stream, offset)
+        stamps = self.recorded_ns[stream]
+        if offset.shift is not None:
+            stamps = np.where(stamps > 0, stamps + offset.shift.of(self.record_ns[stream]), stamps)
+        return replace(self, header_ns=self.header_ns | {stream: stamps}, offsets=self.offsets | {stream: offset})
 
     def times(self, grid_stream: str) -> dict[str, StreamTime]:
         """Every stream's time on the clock of the one that makes the grid.
@@ -42,17 +99,44 @@ class Clocks:
         Raises:
             DatasetsError: The settings ask for header stamps where there are none.
         """
-        reference = reference_clock(self.header_ns[grid_stream], self.record_ns[grid_stream])
+        reference = self._reference(grid_stream)
         times = {}
         for name, header_ns in self.header_ns.items():
             try:
-                times[name] = stream_time(header_ns, self.record_ns[name], reference, self.policy.clock_of(name))
+                time = stream_time(header_ns, self.record_ns[name], reference, self.policy.clock_of(name))
             except DatasetsError as error:
                 raise DatasetsError(error.what, where=name, cure=error.cure) from error
+            seconds = self.policy.offset_of(name)
+            if seconds and time.source == "record":
+                time = replace(time, stamps_ns=time.stamps_ns + round(seconds * 1e9))
+            times[name] = time
         return times
 
     def on_clock_of(self, grid_stream: str, record_ns: int) -> int:
         """A time of record on a stream's clock, which is another one where recording was done in simulated time."""
-        reference = reference_clock(self.header_ns[grid_stream], self.record_ns[grid_stream])
+        reference = self._reference(grid_stream)
         moment = np.array([record_ns], dtype=np.int64)
         return int(moment[0] if reference is None else reference.from_record(moment)[0])
+
+    def notes(self, stream: str) -> list[Note]:
+        """What a user should know of a stream's clock against the others'."""
+        offset = self.offsets.get(stream)
+        return [] if offset is None or offset.note is None else [offset.note]
+
+    def _reference(self, grid_stream: str) -> ReferenceClock | None:
+        """The grid's clock; where all headers are apart from the recorder's, it is another one by however little."""
+        apart_ns = OTHER_EPOCH_NS if self.level_s == 0.0 else round(AHEAD_S * 1e9)
+        return reference_clock(self.header_ns[grid_stream], self.record_ns[grid_stream], apart_ns)
+
+    def _as_declared(self, stream: str, offset: ClockOffset) -> ClockOffset:
+        said = offset.note.text if offset.note is not None else "its header clock is apart from the others'"
+        seconds = 0.0 if offset.shift is None else offset.shift.seconds
+        key = f"{self.policy.key_of(stream)}.offset_s"
+        if self.policy.offsets is OffsetPolicy.refuse:
+            what = said.partition(";")[0]
+            cure = f"set {key}={seconds:.3f}, or sync.offsets=correct to have it shifted"
+            raise DatasetsError(what, where=stream, cure=cure)
+        if self.policy.offsets is OffsetPolicy.keep:
+            text = f"{said.partition(';')[0]}; its stamps stay, as set; {key}={seconds:.3f} would shift them"
+            return ClockOffset(offset.apart_s, None, Note("clock.offset", text))
+        return ClockOffset(offset.apart_s, offset.shift, Note("clock.offset", f"{said}; {key}= sets it by hand"))

@@ -6,6 +6,7 @@ from navtool.base.plain import LEFT_OUT_WHILE_EMPTY
 from navtool.base.setting_checks import outside
 from navtool.base.setting_error import Fault, refuse
 from navtool.datasets.streams.clock import Clock
+from navtool.datasets.streams.clock_offsets import OffsetPolicy
 from navtool.datasets.streams.sync import Method
 from navtool.datasets.streams.table import GRIDDED, STREAMS, is_large, row_of, sensor_of
 
@@ -16,6 +17,14 @@ class StreamClock:
 
     clock: Clock = Clock.auto
     """auto, header or record."""
+    offset_s: float | None = None
+    """Added to its stamps; None leaves it to what the clocks show, 0 leaves the stamps as they are."""
+
+    def __post_init__(self) -> None:
+        refuse(self._offset_faults())
+
+    def _offset_faults(self) -> list[Fault]:
+        return outside(self, -1e10, 1e10, "offset_s", unit="s", cure="give the seconds to add to its stamps")
 
 
 @dataclass(kw_only=True, slots=True)
@@ -28,7 +37,7 @@ class StreamSync(StreamClock):
     """nearest: how far from the tick; hold: how old; linear: how far apart the two around it. In (0, 60] seconds."""
 
     def __post_init__(self) -> None:
-        refuse(outside(self, 0, 60, "tolerance_s", unit="s", above=True))
+        refuse(self._offset_faults(), outside(self, 0, 60, "tolerance_s", unit="s", above=True))
 
 
 @dataclass(kw_only=True, slots=True)
@@ -74,6 +83,10 @@ class SyncConfig:
     """The operator's flag; it stays at its own rate."""
     clock_step_s: float = 0.5
     """Steps of a header clock beyond this are taken out: behind them, time goes on at the pace of record."""
+    offsets: OffsetPolicy = OffsetPolicy.correct
+    """What becomes of a stream whose header clock is apart from the others': correct, refuse or keep."""
+    measure: bool = False
+    """Whether the motion in clouds and pictures is compared with the odometry's even where no clock is suspect."""
 
     def __post_init__(self) -> None:
         large: dict[str, StreamSync] = {name: getattr(self, name) for name in GRIDDED if is_large(name)}
@@ -94,5 +107,19 @@ class SyncConfig:
 
     def clock_of(self, stream: str) -> Clock:
         """Which time of a stream counts."""
+        return self._settings(stream).clock
+
+    def offset_of(self, stream: str) -> float | None:
+        """What is to be added to a stream's stamps; None where it is not set."""
+        return self._settings(stream).offset_s
+
+    def key_of(self, stream: str) -> str:
+        """Where the settings of a stream stand."""
+        row, sensor = row_of(stream), sensor_of(stream)
+        if not sensor:
+            return f"sync.{row.name}"
+        return f"sync.{'cameras' if row.pose == 'base_camera' else 'lidars'}.{sensor}"
+
+    def _settings(self, stream: str) -> StreamClock:
         settings: StreamClock = self.of(stream) or getattr(self, row_of(stream).name)
-        return settings.clock
+        return settings

@@ -61,6 +61,8 @@ class Stream:
     """The field of the calibration that holds its sensor's pose; empty where it has none to know."""
     never_still: bool = False
     """Whether its sensor never measures the same twice to the last digit while it works."""
+    late_s: float = 1.0
+    """How long after it was measured the least delayed message of such a sensor may be recorded, in seconds."""
 
 
 _DERIVED_IMAGES = r"preview|debug|overlay|segment|mask|label|stitch|map|panorama|annotated|marker|detection"
@@ -89,6 +91,7 @@ _ROWS = (
         sync=DefaultSync(Method.nearest, 0.06),
         makes_grid=True,
         pose="base_camera",
+        late_s=0.5,
     ),
     Stream(
         name="camera_info",
@@ -113,6 +116,7 @@ _ROWS = (
         sync=DefaultSync(Method.nearest, 0.06),
         makes_grid=True,
         pose="base_lidar",
+        late_s=0.4,
     ),
     Stream(
         name="odometry",
@@ -133,6 +137,7 @@ _ROWS = (
         column="state",
         makes_grid=True,
         pose="base_odometry",
+        late_s=0.4,
     ),
     Stream(
         name="imu",
@@ -151,6 +156,7 @@ _ROWS = (
         sync=DefaultSync(Method.linear, 0.1),
         pose="base_imu",
         never_still=True,
+        late_s=0.25,
     ),
     Stream(
         name="joints",
@@ -165,6 +171,7 @@ _ROWS = (
         another="other joints",
         sync=DefaultSync(Method.linear, 0.1),
         never_still=True,
+        late_s=0.25,
     ),
     Stream(
         name="battery",
