@@ -1,5 +1,6 @@
 """``sensor_msgs/CompressedImage``: JPEG and PNG as image_transport and camera drivers write them."""
 
+from collections.abc import Callable
 from typing import Any
 
 import cv2
@@ -7,9 +8,11 @@ import numpy as np
 from jaxtyping import Shaped, UInt8
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.datasets.decode.encoded_size import refuse_giants
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.image import demosaiced, refuse_depth
+from navtool.datasets.decode.levels import FULL, Deep
 from navtool.datasets.decode.messages import ImageFrame
 from navtool.pipeline.arrays import Array
 
@@ -18,13 +21,16 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 _START_OF_SCAN = b"\xff\xda"
 _END_OF_JPEG = b"\xff\xd9"
 _END_OF_PNG = b"IEND"
+_PNG_DEPTH = 24
+"""Where a PNG says how many bits its samples have."""
 
 
 def decode_compressed_image(message: Any) -> ImageFrame:
     """The image in RGB, in the orientation of the sensor.
 
     The bytes show JPEG or PNG. The format (``jpeg``, or image_transport's ``rgb8; jpeg compressed bgr8``) says what
-    was compressed: a depth image, a Bayer mosaic, or red and blue exchanged.
+    was compressed: a depth image, a Bayer mosaic, or red and blue exchanged. Colours are those of the file, but where
+    the format says that RGB was given to an encoder that takes BGR; that is put right, and noted.
 
     Raises:
         DatasetsError: A depth image, another compression, or damaged data.
@@ -38,15 +44,46 @@ def decode_compressed_image(message: Any) -> ImageFrame:
         )
     data = message.data.tobytes()
     compression = _compression(data, message.format)
+    head = head_of(message)._asdict()
+    notes = _label_notes(message.format, compression)
+    if compression == "png" and data[_PNG_DEPTH : _PNG_DEPTH + 1] == b"\x10":
+        deep = Deep(*_of_16_bits(data, encoding))
+        return ImageFrame(**head, rgb=deep.rgb(FULL), encoding=compression, notes=notes, deep=deep)
     if encoding.startswith("bayer_"):
-        return _frame(message, _bayer(data, encoding), compression)
-    # image_transport gives OpenCV's encoder BGR. Where it notes that it gave RGB, the colours inside are exchanged.
-    exchanged = "compressed rgb" in message.format
-    return _frame(message, _decompressed(data, cv2.IMREAD_COLOR if exchanged else cv2.IMREAD_COLOR_RGB), compression)
+        return ImageFrame(**head, rgb=_bayer(data, encoding), encoding=compression, notes=notes)
+    exchanged = _exchanged(message.format)
+    if exchanged:
+        what = f"by the format {message.format!r} the files hold red and blue exchanged; they are put right"
+        cure = "pictures: {front: {colours: as_held}} in the robot file takes them as they are"
+        notes = (*notes, Note("image.colours-exchanged", f"{what}; {cure}"))
+    rgb = _decompressed(data, cv2.IMREAD_COLOR if exchanged else cv2.IMREAD_COLOR_RGB)
+    return ImageFrame(**head, rgb=rgb, encoding=compression, notes=notes, exchanged=exchanged)
 
 
-def _frame(message: Any, rgb: UInt8[Array, "h w 3"], compression: str) -> ImageFrame:
-    return ImageFrame(**head_of(message)._asdict(), rgb=rgb, encoding=compression)
+def _exchanged(form: str) -> bool:
+    """Whether RGB was given to OpenCV's encoder, which takes BGR: what ROS's writers mean by ``compressed rgb8``."""
+    return form.partition("compressed ")[2].strip().startswith("rgb")
+
+
+def _label_notes(form: str, compression: str) -> tuple[Note, ...]:
+    """A note where the format names the other compression."""
+    other = "png" if compression == "jpeg" else "jpeg"
+    words = form.lower().replace("jpg", "jpeg")
+    if other not in words or compression in words:
+        return ()
+    return (
+        Note("image.label", f"the format says {form!r}, the bytes are {compression.upper()}: they are read as that"),
+    )
+
+
+def _of_16_bits(data: bytes, encoding: str) -> tuple[Any, Callable[[Any], Any]]:
+    """The samples of a PNG of 16 bits, and the way to colours once there are 8."""
+    samples = _decompressed(data, cv2.IMREAD_UNCHANGED)
+    if samples.ndim == 2:
+        if encoding.startswith("bayer_"):
+            return samples, lambda mosaic: demosaiced(mosaic, encoding.replace("16", "8"))
+        return samples, lambda grey: cv2.cvtColor(grey, cv2.COLOR_GRAY2RGB)
+    return samples, lambda pixels: cv2.cvtColor(np.ascontiguousarray(pixels[..., :3]), cv2.COLOR_BGR2RGB)
 
 
 def _compression(data: bytes, form: str) -> str:

@@ -8,12 +8,16 @@ import numpy as np
 from jaxtyping import Shaped, UInt8
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.datasets.decode.encoded_size import refuse_giants
 from navtool.datasets.decode.header import head_of
+from navtool.datasets.decode.image_rows import MISFIT, rows_of
+from navtool.datasets.decode.levels import FULL, Deep
 from navtool.datasets.decode.messages import ImageFrame
 from navtool.pipeline.arrays import Array
 
-type Pixels = UInt8[Array, "h w *channels"]
+type Pixels = UInt8[Array, "rows w *channels"]
+"""Of several planes, rows of all of them; else those of the image."""
 type Rgb = UInt8[Array, "h w 3"]
 
 
@@ -23,6 +27,10 @@ class _Layout(NamedTuple):
     channels: int
     sample_bytes: int
     to_rgb: Callable[[Pixels], Rgb]
+    planes: float = 1.0
+    """Rows of all planes together, of one byte a pixel, for each row of the image."""
+    shared: tuple[int, int] = (1, 1)
+    """Columns and rows that share their chroma: the size is a multiple of them."""
 
 
 def _converted(code: int) -> Callable[[Pixels], Rgb]:
@@ -36,7 +44,28 @@ def _as_it_is(pixels: Pixels) -> Rgb:
     return pixels
 
 
+def _of_two_planes(pixels: Pixels) -> Rgb:
+    """Luma, then chroma for two columns (NV16): one pixel's luma beside either chroma, as YUYV has them."""
+    luma, chroma = np.split(pixels, 2)
+    return _converted(cv2.COLOR_YUV2RGB_YUY2)(np.stack([luma, chroma], axis=-1))
+
+
+def _of_full_chroma(pixels: Pixels) -> Rgb:
+    """Luma, then chroma of its own for every pixel (NV24), of which every second one is taken, as NV12 has them."""
+    height, width = pixels.shape[0] // 3, pixels.shape[1]
+    chroma = pixels[height:].reshape(height, width, 2)[::2, ::2].reshape(-1, width)
+    return _converted(cv2.COLOR_YUV2RGB_NV12)(np.concatenate([pixels[:height], chroma]))
+
+
+def _reordered(order: tuple[int, ...]) -> Callable[[Pixels], Rgb]:
+    def reorder(pixels: Pixels) -> Rgb:
+        return np.ascontiguousarray(pixels[..., order])
+
+    return reorder
+
+
 _GREY = _converted(cv2.COLOR_GRAY2RGB)
+_BGR = _reordered((2, 1, 0))
 # ROS names a mosaic by the pixels of its first two rows; so do these names of OpenCV, unlike its older ones.
 _BAYER = {
     "bayer_rggb": _converted(cv2.COLOR_BayerRGGB2RGB),
@@ -44,6 +73,7 @@ _BAYER = {
     "bayer_gbrg": _converted(cv2.COLOR_BayerGBRG2RGB),
     "bayer_grbg": _converted(cv2.COLOR_BayerGRBG2RGB),
 }
+_UYVY, _YUYV = _converted(cv2.COLOR_YUV2RGB_UYVY), _converted(cv2.COLOR_YUV2RGB_YUY2)
 _LAYOUTS: dict[str, _Layout] = {
     "rgb8": _Layout(3, 1, _as_it_is),
     "bgr8": _Layout(3, 1, _converted(cv2.COLOR_BGR2RGB)),
@@ -51,21 +81,68 @@ _LAYOUTS: dict[str, _Layout] = {
     "bgra8": _Layout(4, 1, _converted(cv2.COLOR_BGRA2RGB)),
     "mono8": _Layout(1, 1, _GREY),
     "8UC1": _Layout(1, 1, _GREY),
+    # Channels without names are in OpenCV's order.
+    "8UC3": _Layout(3, 1, _converted(cv2.COLOR_BGR2RGB)),
+    "8UC4": _Layout(4, 1, _converted(cv2.COLOR_BGRA2RGB)),
     "mono16": _Layout(1, 2, _GREY),
+    "rgb16": _Layout(3, 2, _as_it_is),
+    "bgr16": _Layout(3, 2, _BGR),
+    "rgba16": _Layout(4, 2, _reordered((0, 1, 2))),
+    "bgra16": _Layout(4, 2, _BGR),
+    "16UC3": _Layout(3, 2, _BGR),
+    "16UC4": _Layout(4, 2, _BGR),
     **{f"{name}8": _Layout(1, 1, to_rgb) for name, to_rgb in _BAYER.items()},
     **{f"{name}16": _Layout(1, 2, to_rgb) for name, to_rgb in _BAYER.items()},
-    "yuv422": _Layout(2, 1, _converted(cv2.COLOR_YUV2RGB_UYVY)),
-    "uyvy": _Layout(2, 1, _converted(cv2.COLOR_YUV2RGB_UYVY)),
-    "yuv422_yuy2": _Layout(2, 1, _converted(cv2.COLOR_YUV2RGB_YUY2)),
-    "yuyv": _Layout(2, 1, _converted(cv2.COLOR_YUV2RGB_YUY2)),
+    "yuv422": _Layout(2, 1, _UYVY, shared=(2, 1)),
+    "uyvy": _Layout(2, 1, _UYVY, shared=(2, 1)),
+    "yuv422_uyvy": _Layout(2, 1, _UYVY, shared=(2, 1)),
+    "yuv422_yuy2": _Layout(2, 1, _YUYV, shared=(2, 1)),
+    "yuyv": _Layout(2, 1, _YUYV, shared=(2, 1)),
+    "yuy2": _Layout(2, 1, _YUYV, shared=(2, 1)),
+    "yvyu": _Layout(2, 1, _converted(cv2.COLOR_YUV2RGB_YVYU), shared=(2, 1)),
+    "nv12": _Layout(1, 1, _converted(cv2.COLOR_YUV2RGB_NV12), 1.5, (2, 2)),
+    "nv21": _Layout(1, 1, _converted(cv2.COLOR_YUV2RGB_NV21), 1.5, (2, 2)),
+    "i420": _Layout(1, 1, _converted(cv2.COLOR_YUV2RGB_I420), 1.5, (2, 2)),
+    "yuv420": _Layout(1, 1, _converted(cv2.COLOR_YUV2RGB_I420), 1.5, (2, 2)),
+    "yv12": _Layout(1, 1, _converted(cv2.COLOR_YUV2RGB_YV12), 1.5, (2, 2)),
+    "nv16": _Layout(1, 1, _of_two_planes, 2.0, (2, 1)),
+    "nv24": _Layout(1, 1, _of_full_chroma, 3.0),
 }
+_OTHER_NAMES = {
+    "rgb": "rgb8",
+    "bgr": "bgr8",
+    "rgba": "rgba8",
+    "bgra": "bgra8",
+    "rgb888": "rgb8",
+    "bgr888": "bgr8",
+    "mono": "mono8",
+    "gray": "mono8",
+    "grey": "mono8",
+    "gray8": "mono8",
+    "y8": "mono8",
+    "l8": "mono8",
+    "y16": "mono16",
+    "gray16": "mono16",
+    "grey16": "mono16",
+    "l16": "mono16",
+    **{
+        f"bayer{name}8": f"bayer_{pattern}8"
+        for name, pattern in (("rg", "rggb"), ("bg", "bggr"), ("gb", "gbrg"), ("gr", "grbg"))
+    },
+}
+"""Names outside of ROS's list that drivers write, in small letters."""
+_ONE_STEP = ("nv12", "nv21", "nv16")
+"""Encodings of several planes whose rows are all of one length."""
+_ROWS_LOOKED_AT = 24
+_ROUGHER = 4.0
 _DEPTH = ("16UC1", "32FC1", "16SC1", "64FC1")
 
 
 def decode_image(message: Any) -> ImageFrame:
     """The image in RGB; 16-bit samples keep their upper byte, that is, full scale stays full scale.
 
-    An ``rgb8`` image costs nothing: it is a read-only view of the message.
+    Of 16-bit samples ``deep`` holds all bits: what range a camera uses of them, one picture does not say. An ``rgb8``
+    image costs nothing: it is a read-only view of the message.
 
     Raises:
         DatasetsError: A depth image, an unknown encoding, no pixels, or fewer bytes than its size says.
@@ -74,13 +151,41 @@ def decode_image(message: Any) -> ImageFrame:
     refuse_depth(encoding)
     if _is_jpeg(message):
         return _frame_of_jpeg(message)
-    layout = _LAYOUTS.get(encoding)
+    layout = _layout(encoding)
+    samples, notes = _samples(message, layout)
+    head = head_of(message)._asdict()
+    if layout.sample_bytes == 1:
+        return ImageFrame(**head, rgb=layout.to_rgb(samples), encoding=encoding, notes=notes)
+    deep, turned = _deep(samples, layout)
+    return ImageFrame(**head, rgb=deep.rgb(FULL), encoding=encoding, notes=(*notes, *turned), deep=deep)
+
+
+def _layout(encoding: str) -> _Layout:
+    name = _OTHER_NAMES.get(encoding.lower(), encoding)
+    layout = _LAYOUTS.get(name) or _LAYOUTS.get(name.lower())
     if layout is None:
         raise DatasetsError(f"image encoding {encoding!r} is not supported; {', '.join(_LAYOUTS)} are")
-    samples = _samples(message, layout)
-    if layout.sample_bytes == 2:
-        samples = (samples >> 8).astype(np.uint8)
-    return ImageFrame(**head_of(message)._asdict(), rgb=layout.to_rgb(samples), encoding=encoding)
+    return layout
+
+
+def _deep(samples: Shaped[Array, "h w *channels"], layout: _Layout) -> tuple[Deep, tuple[Note, ...]]:
+    """Samples of 16 bits, in the order of bytes in which neighbours are alike."""
+    turned = samples.view(samples.dtype.newbyteorder())
+    if _roughness(turned) * _ROUGHER < _roughness(samples):
+        said = "big" if samples.dtype.byteorder == ">" else "little"
+        note = Note(
+            MISFIT, f"samples are noise as {said}-endian numbers and a picture the other way round: that is taken"
+        )
+        return Deep(turned.astype(np.uint16), layout.to_rgb), (note,)
+    return Deep(samples.astype(np.uint16), layout.to_rgb), ()
+
+
+def _roughness(samples: Shaped[Array, "h w *channels"]) -> float:
+    """How much neighbours differ, in shares of the whole range, in a few rows."""
+    rows = samples[:: max(1, samples.shape[0] // _ROWS_LOOKED_AT)].astype(np.int32)
+    span = int(rows.max()) - int(rows.min())
+    # Second neighbours: in a mosaic they are of one colour.
+    return float(np.abs(rows[:, 2:] - rows[:, :-2]).mean()) / span if span and rows.shape[1] > 2 else 0.0
 
 
 def _is_jpeg(message: Any) -> bool:
@@ -123,19 +228,23 @@ def demosaiced(mosaic: UInt8[Array, "h w"], encoding: str) -> Rgb:
     return to_rgb(mosaic)
 
 
-def _samples(message: Any, layout: _Layout) -> Shaped[Array, "h w *channels"]:
-    """The samples as an (h, w) or (h, w, channels) view of the message, without the padding of its rows."""
+def _samples(message: Any, layout: _Layout) -> tuple[Shaped[Array, "h w *channels"], tuple[Note, ...]]:
+    """The samples as a view of the message without the padding of its rows, and what is odd about its size.
+
+    Of several planes, (h, w) of them one below the other; else (h, w) or (h, w, channels).
+    """
+    pixel_bytes = layout.channels * layout.sample_bytes
     width, height, step = int(message.width), int(message.height), int(message.step)
-    row_bytes = width * layout.channels * layout.sample_bytes
-    if width == 0 or height == 0:
-        raise DatasetsError(f"an image of {width} x {height} pixels")
-    if step < row_bytes:
-        raise DatasetsError(f"step is {step} bytes, but a row of {width} {message.encoding} pixels takes {row_bytes}")
-    # The padding behind the last row may be left out.
-    needed = step * (height - 1) + row_bytes
-    if message.data.nbytes < needed:
-        raise DatasetsError(f"truncated image: {message.data.nbytes} bytes of pixels, but its size needs {needed}")
+    odd = [size for size, shared in zip((width, height), layout.shared, strict=True) if size % shared]
+    if odd:
+        raise DatasetsError(
+            f"an image of {width} x {height} {message.encoding} pixels, of which two share their chroma"
+        )
+    rows = rows_of(width, height, step, message.data.nbytes, pixel_bytes, layout.planes, message.encoding)
     dtype = np.dtype(np.uint8 if layout.sample_bytes == 1 else (">u2" if message.is_bigendian else "<u2"))
     pixel = (layout.channels,) if layout.channels > 1 else ()
-    strides = (step, layout.channels * layout.sample_bytes, *((layout.sample_bytes,) if pixel else ()))
-    return np.ndarray((height, width, *pixel), dtype, buffer=message.data, strides=strides)
+    strides = (rows.step, pixel_bytes, *((layout.sample_bytes,) if pixel else ()))
+    shape = (int(rows.height * layout.planes), rows.width, *pixel)
+    if layout.planes > 1 and rows.step != rows.width and message.encoding.lower() not in _ONE_STEP:
+        raise DatasetsError(f"{message.encoding} with padded rows: how its planes are padded is not known")
+    return np.ndarray(shape, dtype, buffer=message.data, strides=strides), rows.notes

@@ -11,6 +11,7 @@ from jaxtyping import Float32, Float64, UInt8, UInt16
 
 from navtool.base.note import Note
 from navtool.base.plain import LEFT_OUT_WHILE_EMPTY
+from navtool.datasets.decode.levels import Deep
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 
@@ -26,6 +27,10 @@ class ImageFrame:
     """The encoding as recorded, such as ``bayer_rggb8``, or the compression, such as ``jpeg``."""
     notes: tuple[Note, ...] = ()
     """What is odd about the message: numbers or names that were not believed, and what was done instead."""
+    deep: Deep | None = None
+    """Its samples of 16 bits, of which ``rgb`` has the upper ones; None where it has 8."""
+    exchanged: bool = False
+    """Whether red and blue were exchanged, since the message says that the compressed picture has them so."""
 
 
 @dataclass(frozen=True, kw_only=True)

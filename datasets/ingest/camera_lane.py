@@ -1,9 +1,12 @@
 """Camera frames on their way into a segment's rows."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from jaxtyping import UInt8
 
+from navtool.base.note import Note
 from navtool.datasets.decode.messages import Decoded, ImageFrame
 from navtool.datasets.ingest.lane import Lane
 from navtool.datasets.ingest.segment import Segment
@@ -31,6 +34,13 @@ class CameraLane(Lane):
         self._video, self._reliability = video, reliability
         self._frames: dict[int, Image] = {}
 
+    def _seen(self, sample: Decoded) -> Decoded:
+        return (
+            reshaped(self._part.view.shown(sample), self._part.native_size)
+            if isinstance(sample, ImageFrame)
+            else sample
+        )
+
     def _use(self, sample: Decoded, ticks: list[int], raw: RawMessage, position: int) -> None:  # noqa: ARG002
         if not isinstance(sample, ImageFrame):
             raise TypeError(f"{type(sample).__name__} is no frame")
@@ -46,3 +56,12 @@ class CameraLane(Lane):
         self._video.add(_BLACK if frame is None else frame)
         if frame is not None:
             self.stats.add(frame)
+
+
+def reshaped(frame: ImageFrame, first: tuple[int, int] | None) -> ImageFrame:
+    """The picture, with a note where its shape is another one than the first picture's."""
+    height, width = frame.rgb.shape[:2]
+    if first is None or abs(width * first[1] - height * first[0]) <= max(first):
+        return frame
+    what = f"pictures of {width}x{height} among those of {first[0]}x{first[1]}: stretched to the rows' size"
+    return replace(frame, notes=(*frame.notes, Note("image.other-shape", f"{what}; the calibration is not theirs")))

@@ -48,7 +48,7 @@ class Lane(ABC):
         if not ticks and not self._wanted(position):
             return
         try:
-            sample = recording.decode(raw)
+            sample = self._seen(recording.decode(raw))
         except DatasetsError as error:
             logger.debug("%s: %s", raw.topic, error)
             self.undecodable += position in self._part.own
@@ -63,6 +63,10 @@ class Lane(ABC):
         """Write what is left; ticks whose message never came are without it."""
         self._give_up(np.flatnonzero(self._waits).tolist())
         self._settle()
+
+    def _seen(self, sample: Decoded) -> Decoded:
+        """The sample as it is to be used."""
+        return sample
 
     def _wanted(self, position: int) -> bool:  # noqa: ARG002 - for those that want more
         """Whether a message that serves no tick is to be used all the same."""

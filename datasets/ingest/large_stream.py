@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Int64
 
+from navtool.datasets.decode.picture_view import AS_RECORDED, PictureView
 from navtool.datasets.ingest.grid import Grid
 from navtool.datasets.store.data_file import Column
 from navtool.datasets.store.schema import Contents
@@ -29,12 +30,18 @@ class LargeStream:
     stamps_ns: dict[int, int]
     """Time on the grid's clock of every message with a usable stamp, by its position in the order of record."""
     match: Match
+    view: PictureView = AS_RECORDED
+    """How its pictures are shown."""
+    native_size: tuple[int, int] | None = None
+    """Width and height of its first picture."""
 
 
-def large_streams(found: FirstPass, grid: Grid, contents: Contents, sync: SyncConfig) -> dict[str, LargeStream]:
+def large_streams(
+    found: FirstPass, grid: Grid, contents: Contents, sync: SyncConfig, views: Mapping[str, PictureView]
+) -> dict[str, LargeStream]:
     """The large streams that are read again: those of the rows, and clouds in any case, which are kept whole."""
     return {
-        name: _large(name, stream, grid, sync)
+        name: _large(name, stream, grid, sync, views.get(name, AS_RECORDED))
         for name, stream in found.streams.items()
         if name in contents.large or row_of(name).name == "lidar"
     }
@@ -53,7 +60,7 @@ def served_columns(
     return columns
 
 
-def _large(name: str, stream: RecordedStream, grid: Grid, config: SyncConfig) -> LargeStream:
+def _large(name: str, stream: RecordedStream, grid: Grid, config: SyncConfig, view: PictureView) -> LargeStream:
     time, sync = grid.times[name], config.of(name)
     if sync is None:
         raise ValueError(f"{name} is not brought onto the grid")
@@ -62,4 +69,4 @@ def _large(name: str, stream: RecordedStream, grid: Grid, config: SyncConfig) ->
     for tick in np.flatnonzero(match.valid).tolist():
         episode_ticks.setdefault(int(time.order[match.index[tick]]), []).append(tick)
     stamps = dict(zip(time.order.tolist(), time.stamps_ns.tolist(), strict=True))
-    return LargeStream(stream.topic, stream.stamps[1], episode_ticks, stamps, match)
+    return LargeStream(stream.topic, stream.stamps[1], episode_ticks, stamps, match, view, stream.native_size)

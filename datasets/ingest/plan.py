@@ -7,6 +7,8 @@ from pathlib import Path
 from jaxtyping import Int64
 
 from navtool.base.note import Note
+from navtool.datasets.decode.levels import FULL
+from navtool.datasets.decode.picture_view import PictureView
 from navtool.datasets.ingest.columns import small_columns
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.contents import contents_of, contents_to_be
@@ -18,6 +20,7 @@ from navtool.datasets.ingest.plan_notes import (
     deskew_notes,
     geometry_notes,
     gravity_notes,
+    level_notes,
     stream_faults,
 )
 from navtool.datasets.ingest.sync_report import sync_report, time_notes
@@ -104,13 +107,14 @@ def plan_episode(
         small = small_streams(found, grid.times, calibration, robot)
     discharge = discharge_sign(robot.battery_current_sign, small.get("battery"))
     measured = small_columns(grid.ticks_ns, small, contents, config.sync, discharge.sign)
-    large = large_streams(found, grid, contents, config.sync)
+    views = picture_views(robot, found)
+    large = large_streams(found, grid, contents, config.sync, views)
     columns = measured.values | served_columns(large, contents, grid.ticks_ns)
     if streams_to is not None:
         write_streams(streams_to, small)
     notes = [*stream_faults(recording, found), *measured.notes, *discharge.notes, *heading_notes(small.get("odometry"))]
     notes += [*geometry_notes(found, calibration, changed), *gravity_notes(small.get("imu")), *unreadable_notes(found)]
-    notes += recording.notes()
+    notes += [*recording.notes(), *level_notes(found, views)]
     notes += deskew_notes(small, wanted=config.deskew and "lidar" in large)
     return EpisodePlan(
         topics=topics,
@@ -138,6 +142,13 @@ def _calibration(robot: RobotConfig, found: FirstPass) -> tuple[Calibration, tup
     infos = {sensor_of(stream): info for stream, info in found.camera_infos.items()}
     first = infos.pop("", None)
     return calibrate(robot, RecordedGeometry(frames, transforms, first, infos), _images(found)), changed
+
+
+def picture_views(robot: RobotConfig, found: FirstPass) -> dict[str, PictureView]:
+    """How each camera's pictures are shown."""
+    cameras = of_kind("camera", found.streams)
+    surveys = {stream: found.streams[stream].survey for stream in cameras}
+    return {name: robot.view_of(name, FULL if survey is None else survey.levels()) for name, survey in surveys.items()}
 
 
 def _images(found: FirstPass) -> dict[str, CameraImages]:

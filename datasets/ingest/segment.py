@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64, Int64, Shaped
 
+from navtool.datasets.decode.picture_view import AS_RECORDED, PictureView
 from navtool.datasets.ingest.large_stream import LargeStream
 from navtool.datasets.ingest.odd_messages import OddMessages
 from navtool.datasets.ingest.plan import EpisodePlan
@@ -39,6 +40,8 @@ class StreamPart:
     """Messages that belong to this segment and no other, whether they serve a tick or not."""
     stamps_ns: dict[int, int]
     """Time on the grid's clock of all of these."""
+    view: PictureView = AS_RECORDED
+    native_size: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,4 +174,6 @@ def _part(
         segment_ticks={p: [tick - first_tick for tick in stream.episode_ticks[p] if tick in inside] for p in serving},
         own=frozenset(own),
         stamps_ns={p: stream.stamps_ns.get(p, int(stream.record_ns[p])) for p in {*serving, *own}},
+        view=stream.view,
+        native_size=stream.native_size,
     )

@@ -9,7 +9,9 @@ import numpy as np
 from jaxtyping import Float64, Int64, UInt8
 
 from navtool.base.errors import DatasetsError
+from navtool.datasets.decode.levels import levels_of
 from navtool.datasets.decode.messages import ImageFrame, OdometrySample, PointCloud, PoseSample
+from navtool.datasets.decode.picture_view import PictureView
 from navtool.datasets.inspect.inspection import Inspection
 from navtool.datasets.recording import RawMessage, Recording, open_recording
 from navtool.datasets.streams.table import is_large
@@ -106,6 +108,7 @@ def _pose(recording: Recording, raw: RawMessage, at_s: float, samples: Samples) 
 
 def _decode_kept(recording: Recording, kept: dict[str, dict[int, RawMessage]], start_ns: int, samples: Samples) -> None:
     for stream, shown in kept.items():
+        pictures: list[tuple[float, ImageFrame]] = []
         for raw in {id(raw): raw for _, raw in sorted(shown.items())}.values():
             at_s = (raw.record_ns - start_ns) * 1e-9
             try:
@@ -114,9 +117,12 @@ def _decode_kept(recording: Recording, kept: dict[str, dict[int, RawMessage]], s
                 samples.faults.append(f"{raw.topic}: {error.what}")
                 continue
             if isinstance(sample, ImageFrame):
-                samples.frames.append(Frame(stream, at_s, _jpeg(sample.rgb)))
+                pictures.append((at_s, sample))
             elif isinstance(sample, PointCloud) and stream not in samples.clouds and len(sample.xyz):
                 samples.clouds[stream] = _cloud(sample, at_s)
+        levels = levels_of([picture.deep.samples for _, picture in pictures if picture.deep is not None])
+        shown_at = [(at_s, PictureView(levels).shown(picture)) for at_s, picture in pictures]
+        samples.frames += [Frame(stream, at_s, _jpeg(picture.rgb)) for at_s, picture in shown_at]
 
 
 def _jpeg(rgb: UInt8[Array, "h w 3"]) -> bytes:

@@ -1,7 +1,7 @@
 """What is fixed about a robot: its topics, frames, joints, mounting and size."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 
@@ -13,10 +13,13 @@ from navtool.base.plain import LEFT_OUT_WHILE_EMPTY, plain
 from navtool.base.setting_checks import fault, outside
 from navtool.base.setting_error import Fault, refuse
 from navtool.base.yaml_text import load_yaml
+from navtool.datasets.decode.levels import Levels
+from navtool.datasets.decode.picture_view import Colours, PictureView
 from navtool.datasets.streams.table import FRONT, POSED, SENSOR_NAME, STREAMS, further, in_order, row_of, sensor_of
 from navtool.pipeline.geometry.distortion import LENS_MODELS
 from navtool.pipeline.geometry.lens_names import lens_of
 
+_MOST_SAMPLE = 65_535
 NO_TOPIC = "none"
 """As the only candidate of a stream: the robot's recordings have this topic, but it is not wanted."""
 
@@ -134,6 +137,26 @@ class Mounting:
 
 
 @dataclass(kw_only=True, slots=True)
+class PictureSettings:
+    """How a camera's pictures are shown, where a recording's own first seconds and its formats are not to say it."""
+
+    range: list[int] = field(default_factory=list)
+    """Samples of 16-bit pictures that become black and white, 0 to 65535; empty goes by a recording's first seconds."""
+    colours: Colours = Colours.auto
+    """auto goes by encodings and formats; as_held takes compressed pictures as the files have them; exchanged exchanges
+    red and blue."""
+
+    def __post_init__(self) -> None:
+        two = len(self.range) == 2 and 0 <= self.range[0] < self.range[1] <= _MOST_SAMPLE
+        what = f"{self.range} are not two numbers of 0 to {_MOST_SAMPLE}, the smaller one in front"
+        refuse(fault("range", what, "give black and white", when=bool(self.range) and not two))
+
+    def view(self, levels: Levels) -> PictureView:
+        """How pictures are shown that would be shown at these levels."""
+        return PictureView(Levels(*self.range) if self.range else levels, self.colours)
+
+
+@dataclass(kw_only=True, slots=True)
 class FurtherSensor:
     """A sensor beside the first one of its kind."""
 
@@ -230,6 +253,8 @@ class RobotConfig:
     """Further cameras by name, such as ``rear``."""
     lidars: dict[str, FurtherLidar] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
     """Further LiDARs by name."""
+    pictures: dict[str, PictureSettings] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
+    """How pictures are shown, by camera: ``front`` for the first one, further ones by their names."""
 
     def __post_init__(self) -> None:
         signs = (
@@ -259,6 +284,7 @@ class RobotConfig:
             fault(
                 "mounting", f"unknown sensors {', '.join(sensors)}", f"known are {', '.join(POSED)}", when=bool(sensors)
             ),
+            _unknown_cameras(self.pictures, (FRONT, *self.cameras)),
             _unfit_names("cameras", self.cameras),
             _unfit_names("lidars", self.lidars),
         )
@@ -281,12 +307,23 @@ class RobotConfig:
         sensors: dict[str, FurtherCamera] | dict[str, FurtherLidar] = getattr(self, group)
         return f"{group}.{sensor}.mounting", sensors[sensor].mounting if sensor in sensors else None
 
+    def view_of(self, stream: str, levels: Levels) -> PictureView:
+        """How the pictures of a camera's stream are shown that would be shown at these levels."""
+        return self.pictures.get(sensor_of(stream) or FRONT, PictureSettings()).view(levels)
+
     def camera_of(self, stream: str) -> tuple[str, CameraFallback | None]:
         """Where the calibration of a camera's stream stands in the robot file, and the calibration."""
         sensor = sensor_of(stream)
         if not sensor:
             return "camera", self.camera
         return f"cameras.{sensor}.calibration", self.cameras[sensor].calibration if sensor in self.cameras else None
+
+
+def _unknown_cameras(pictures: Iterable[str], cameras: Sequence[str]) -> list[Fault]:
+    """Cameras that the robot does not have, whose pictures are to be shown in some way."""
+    unknown = [name + did_you_mean(name, cameras) for name in pictures if name not in cameras]
+    what, known = f"unknown cameras {', '.join(unknown)}", f"known are {', '.join(cameras)}"
+    return fault("pictures", what, known, when=bool(unknown))
 
 
 def _unfit_names(group: str, names: Iterable[str]) -> list[Fault]:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from navtool.base.errors import DatasetsError
+from navtool.datasets.decode.levels import LevelSurvey
 from navtool.datasets.decode.messages import (
     CameraInfoSample,
     Decoded,
@@ -107,18 +108,28 @@ def _add_stamp(stream: RecordedStream, recording: Recording, raw: RawMessage) ->
         stamp = 0  # keeps its place: the second pass counts messages in the order of record
     stream.header_ns.append(NO_STAMP if stamp is None else stamp)
     stream.record_ns.append(raw.record_ns)
-    if stream.frame_id == "" and stream.native_size is None and stream.undecodable < _TRIES:
+    surveyed = stream.survey is not None and stream.survey.wants(raw.record_ns)
+    if surveyed or (stream.frame_id == "" and stream.native_size is None and stream.undecodable < _TRIES):
         try:
             sample = recording.decode(raw)
         except DatasetsError as error:
             _count_fault(stream, error)
             return
         if isinstance(sample, ImageFrame):
-            stream.frame_id, stream.notes = sample.frame_id, list(sample.notes)
-            stream.native_size = (sample.rgb.shape[1], sample.rgb.shape[0])
+            _add_picture(stream, sample, raw.record_ns)
         elif isinstance(sample, PointCloud):
             stream.frame_id, stream.notes = sample.frame_id, list(sample.notes)
             stream.native_size = (len(sample.xyz), 1)
+
+
+def _add_picture(stream: RecordedStream, picture: ImageFrame, record_ns: int) -> None:
+    """The first picture's frame and size, and of those of 16 bits the range over the first seconds."""
+    if stream.native_size is None:
+        stream.frame_id, stream.notes = picture.frame_id, list(picture.notes)
+        stream.native_size = (picture.rgb.shape[1], picture.rgb.shape[0])
+    if picture.deep is not None:
+        stream.survey = stream.survey or LevelSurvey(record_ns)
+        stream.survey.add(picture.deep.samples, record_ns)
 
 
 @dataclass(slots=True)

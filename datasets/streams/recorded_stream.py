@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from navtool.base.note import Note
+from navtool.datasets.decode.levels import LevelSurvey
 from navtool.pipeline.arrays import Array
 
 _MOST = 1e15
@@ -28,6 +29,8 @@ class RecordedStream:
     native_size: tuple[int, int] | None = None
     notes: list[Note] = field(default_factory=list)
     """What is odd about the messages that were looked at."""
+    survey: LevelSurvey | None = None
+    """The range of the first pictures of 16 bits; None where they have 8."""
     beyond_measure: int = 0
     """Numbers that ``values`` left out."""
 

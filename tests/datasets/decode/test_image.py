@@ -14,6 +14,7 @@ from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.compressed_image import decode_compressed_image
 from navtool.datasets.decode.encoded_size import encoded_size
 from navtool.datasets.decode.image import decode_image
+from navtool.datasets.decode.picture_view import Colours, PictureView
 from navtool.pipeline.arrays import Array
 
 IMAGE = "sensor_msgs/msg/Image"
@@ -129,7 +130,7 @@ def test_the_padding_of_the_last_row_may_be_left_out(ros_message: Make) -> None:
     [
         ({"data": np.zeros(47)}, "truncated image: 47 bytes of pixels, but its size needs 48"),
         ({"data": np.zeros(0)}, "truncated image: 0 bytes"),
-        ({"step": 11}, "step is 11 bytes, but a row of 4 rgb8 pixels takes 12"),
+        ({"encoding": "nv12", "width": 3}, "3 x 4 nv12 pixels, of which two share their chroma"),
         ({"width": 0, "step": 0}, "an image of 0 x 4 pixels"),
         ({"height": 0}, "an image of 4 x 0 pixels"),
         ({"encoding": "16UC1"}, "depth image"),
@@ -250,3 +251,108 @@ def test_a_damaged_size_fills_no_gigabytes(ros_message: Make) -> None:
 def test_other_compressions_are_refused_with_the_reason(form: str, told: str, ros_message: Make) -> None:
     with pytest.raises(DatasetsError, match=told):
         decode_compressed_image(ros_message(COMPRESSED, {"format": form, "data": np.arange(100)}))
+
+
+def in_planes(rgb: Rgb, kind: str) -> Any:
+    """A picture as rows of luma and chroma, which two columns and two rows share."""
+    planar = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV_I420), np.uint8)
+    height, width = rgb.shape[:2]
+    luma, u, v = planar[:height], planar[height : height * 5 // 4].ravel(), planar[height * 5 // 4 :].ravel()
+    chroma = {"i420": [u, v], "yv12": [v, u]}
+    if kind in chroma:
+        return np.concatenate([luma.ravel(), *chroma[kind]]).reshape(-1, width)
+    pairs = np.stack([u, v] if kind != "nv21" else [v, u], axis=-1).reshape(height // 2, width)
+    if kind == "nv16":
+        return np.concatenate([luma, np.repeat(pairs, 2, axis=0)])
+    if kind == "nv24":
+        whole = np.repeat(np.repeat(pairs.reshape(height // 2, width // 2, 2), 2, axis=0), 2, axis=1)
+        return np.concatenate([luma, whole.reshape(-1, width)])
+    return np.concatenate([luma, pairs])
+
+
+@pytest.mark.parametrize("kind", ["nv12", "nv21", "i420", "yuv420", "yv12", "nv16", "nv24"])
+def test_pictures_in_planes_become_colours(kind: str, ros_message: Make) -> None:
+    rgb = smooth_rgb()
+    samples = in_planes(rgb, "i420" if kind == "yuv420" else kind)
+    fields = {**image_fields(rgb[..., 0], kind), "data": samples.reshape(-1)}
+    frame = decode_image(ros_message(IMAGE, fields))
+    assert np.abs(frame.rgb.astype(int) - rgb).mean() < 3
+    if kind in ("nv12", "nv21", "nv16"):
+        padded = np.concatenate([samples, np.full((len(samples), 6), 0xAB, np.uint8)], axis=1)
+        wide = {**fields, "step": padded.shape[1], "data": padded.reshape(-1)}
+        np.testing.assert_array_equal(decode_image(ros_message(IMAGE, wide)).rgb, frame.rgb)
+
+
+@pytest.mark.parametrize("kind", ["8UC3", "8UC4", "BGR8", "rgb16", "bgr16", "rgba16", "bgra16", "16UC3"])
+def test_channels_without_names_are_opencvs_and_16_bits_keep_their_upper_byte(kind: str, ros_message: Make) -> None:
+    rgb = smooth_rgb()
+    ordered = rgb if kind.startswith("rgb") else rgb[..., ::-1]
+    samples = np.ascontiguousarray(ordered if "16" not in kind else ordered.astype(np.uint16) * 257)
+    if kind in ("8UC4", "rgba16", "bgra16"):
+        samples = np.concatenate([samples, np.full_like(samples[..., :1], 9)], axis=-1)
+    frame = decode_image(ros_message(IMAGE, image_fields(samples, kind)))
+    np.testing.assert_array_equal(frame.rgb, rgb)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"step": 0}, {"step": 64}, {"step": 191}, {"step": 5000}, {"width": 48, "height": 64}],
+    ids=["never set", "in pixels", "too small", "too large", "width and height exchanged"],
+)
+def test_what_fits_the_bytes_counts_against_step_and_size(change: dict[str, int], ros_message: Make) -> None:
+    fields = {**image_fields(smooth_rgb(), "rgb8"), **change}
+    frame = decode_image(ros_message(IMAGE, fields))
+    np.testing.assert_array_equal(frame.rgb, smooth_rgb())
+    assert [note.code for note in frame.notes] == ["image.size-misfit"]
+
+
+def test_bytes_behind_the_last_row_and_padding_without_a_step_are_no_pixels(ros_message: Make) -> None:
+    fields = image_fields(smooth_rgb(), "rgb8")
+    longer = np.concatenate([fields["data"], np.zeros(192 * 8, np.uint8)])
+    for step in (192, 0):
+        frame = decode_image(ros_message(IMAGE, {**fields, "step": step, "data": longer}))
+        np.testing.assert_array_equal(frame.rgb, smooth_rgb())
+    padded = image_fields(smooth_rgb(), "rgb8", padding=26)
+    np.testing.assert_array_equal(decode_image(ros_message(IMAGE, {**padded, "step": 0})).rgb, smooth_rgb())
+
+
+@pytest.mark.parametrize("said", [True, False])
+@pytest.mark.parametrize("truly", [True, False])
+def test_the_order_of_bytes_that_is_a_picture_counts(truly: bool, said: bool, ros_message: Make) -> None:
+    rng = np.random.default_rng(1)
+    samples = (smooth_rgb()[..., 0].astype(np.uint16) * 24 + 7076 + rng.integers(0, 9, (48, 64))).astype(np.uint16)
+    fields = {**image_fields(samples, "mono16", big_endian=truly), "is_bigendian": int(said)}
+    frame = decode_image(ros_message(IMAGE, fields))
+    assert frame.deep is not None
+    np.testing.assert_array_equal(frame.deep.samples, samples)
+    assert bool(frame.notes) == (truly != said)
+
+
+@pytest.mark.parametrize("shift", [0, 4, 8])
+def test_the_order_of_bytes_is_believed_where_both_are_pictures(shift: int, ros_message: Make) -> None:
+    samples = smooth_rgb()[..., 0].astype(np.uint16) << shift
+    frame = decode_image(ros_message(IMAGE, image_fields(samples, "mono16", big_endian=True)))
+    assert frame.deep is not None
+    np.testing.assert_array_equal(frame.deep.samples, samples)
+    assert not frame.notes
+
+
+@pytest.mark.parametrize("form", ["mono16; png compressed ", "png"])
+def test_a_compressed_picture_of_16_bits_keeps_them(form: str, ros_message: Make) -> None:
+    samples = (smooth_rgb()[..., 0].astype(np.uint16) * 3) + 7076
+    frame = decode_compressed_image(ros_message(COMPRESSED, {"format": form, "data": encoded(samples, ".png")}))
+    assert frame.deep is not None
+    np.testing.assert_array_equal(frame.deep.samples, samples)
+
+
+def test_what_a_format_says_of_colours_is_noted_and_can_be_overruled(ros_message: Make) -> None:
+    data = encoded(smooth_rgb(), ".png")
+    frame = decode_compressed_image(ros_message(COMPRESSED, {"format": "rgb8; png compressed rgb8", "data": data}))
+    assert [note.code for note in frame.notes] == ["image.colours-exchanged"]
+    np.testing.assert_array_equal(frame.rgb, smooth_rgb()[..., ::-1])
+    held = PictureView(colours=Colours.as_held).shown(frame)
+    np.testing.assert_array_equal(held.rgb, smooth_rgb())
+    plain = decode_compressed_image(ros_message(COMPRESSED, {"format": "jpeg", "data": data}))
+    assert [note.code for note in plain.notes] == ["image.label"]
+    np.testing.assert_array_equal(PictureView(colours=Colours.as_held).shown(plain).rgb, smooth_rgb())
+    np.testing.assert_array_equal(PictureView(colours=Colours.exchanged).shown(plain).rgb, smooth_rgb()[..., ::-1])
