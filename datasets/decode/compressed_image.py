@@ -13,11 +13,14 @@ from navtool.datasets.decode.encoded_size import refuse_giants
 from navtool.datasets.decode.header import head_of
 from navtool.datasets.decode.image import demosaiced, refuse_depth
 from navtool.datasets.decode.levels import FULL, Deep
-from navtool.datasets.decode.messages import ImageFrame
+from navtool.datasets.decode.messages import ImageFrame, VideoPacket
+from navtool.datasets.decode.video_packet import codec_in, video_packet
 from navtool.pipeline.arrays import Array
 
 _JPEG = b"\xff\xd8\xff"
 _PNG = b"\x89PNG\r\n\x1a\n"
+_START_CODES = (b"\0\0\0\1", b"\0\0\1")
+"""H.264, as drivers without a name for it put it into such messages."""
 _START_OF_SCAN = b"\xff\xda"
 _END_OF_JPEG = b"\xff\xd9"
 _END_OF_PNG = b"IEND"
@@ -25,7 +28,20 @@ _PNG_DEPTH = 24
 """Where a PNG says how many bits its samples have."""
 
 
-def decode_compressed_image(message: Any) -> ImageFrame:
+def decode_compressed_image(message: Any) -> ImageFrame | VideoPacket:
+    """A JPEG or PNG image as `decode_still` has it, or a packet of a video where the bytes are none of both.
+
+    Raises:
+        DatasetsError: A depth image, another compression, or damaged data.
+    """
+    codec = codec_in(message.format)
+    start = bytes(message.data[:8])
+    if not start.startswith((_JPEG, _PNG)) and (codec or start.startswith(_START_CODES)):
+        return video_packet(message, codec or "h264", message.format, message.data)
+    return decode_still(message)
+
+
+def decode_still(message: Any) -> ImageFrame:
     """The image in RGB, in the orientation of the sensor.
 
     The bytes show JPEG or PNG. The format (``jpeg``, or image_transport's ``rgb8; jpeg compressed bgr8``) says what

@@ -16,9 +16,11 @@ from navtool.datasets.decode.messages import (
     PoseSample,
     Transform,
     TransformsSample,
+    VideoPacket,
 )
 from navtool.datasets.decode.point_cloud import decode_point_cloud
 from navtool.datasets.decode.sensor_geometry import decode_camera_info, pose_matrix
+from navtool.datasets.decode.video_packet import codec_in, video_packet
 from navtool.pipeline.geometry.transforms import apply_transform
 
 _POINT_FIELD = {1: 2, 2: 1, 3: 4, 4: 3, 5: 6, 6: 5, 7: 7, 8: 8}
@@ -26,7 +28,13 @@ _POINT_FIELD = {1: 2, 2: 1, 3: 4, 4: 3, 5: 6, 6: 5, 7: 7, 8: 8}
 _NUMERIC = ("UNKNOWN", "UINT8", "INT8", "UINT16", "INT16", "UINT32", "INT32", "FLOAT32", "FLOAT64")
 
 
-def decode_foxglove_compressed_image(message: Any) -> ImageFrame:
+def decode_foxglove_compressed_video(message: Any) -> VideoPacket:
+    """``foxglove.CompressedVideo``: one picture's packet."""
+    like = SimpleNamespace(header=_header(message))
+    return video_packet(like, codec_in(message.format), message.format, _bytes(message.data))
+
+
+def decode_foxglove_compressed_image(message: Any) -> ImageFrame | VideoPacket:
     """``foxglove.CompressedImage``: JPEG or PNG."""
     like = SimpleNamespace(header=_header(message), format=message.format, data=_bytes(message.data))
     return decode_compressed_image(like)

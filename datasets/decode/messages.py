@@ -34,6 +34,24 @@ class ImageFrame:
 
 
 @dataclass(frozen=True, kw_only=True)
+class VideoPacket:
+    """A packet of a video, whose picture may need those before it; `navtool.datasets.decode.video_decoder` has them."""
+
+    stamp_ns: int | None
+    frame_id: str
+    codec: str
+    """``h264``, ``hevc``, ``av1``, ``vp9``, ``vp8``, ``mpeg4`` or ``mjpeg``."""
+    data: bytes
+    key: bool
+    """Whether decoding can begin with it, given the parameter sets."""
+    parameters: bytes = b""
+    """Parameter sets that it brings along; without them a decoder does not begin."""
+    sps: bytes = b""
+    slice_head: bytes = b""
+    """Sequence parameter set and beginning of the first slice (H.264), which tell whether packets are missing."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class PointCloud:
     """The points of a LiDAR's or planar scanner's sweep in the sensor's frame, in the order they were recorded."""
 
@@ -239,6 +257,7 @@ class StringSample:
 
 type Decoded = (
     ImageFrame
+    | VideoPacket
     | PointCloud
     | OdometrySample
     | PoseSample

@@ -10,6 +10,7 @@ from navtool.datasets.decode.compressed_image import decode_compressed_image
 from navtool.datasets.decode.foxglove import (
     decode_foxglove_calibration,
     decode_foxglove_compressed_image,
+    decode_foxglove_compressed_video,
     decode_foxglove_point_cloud,
     decode_foxglove_pose,
     decode_foxglove_raw_image,
@@ -53,6 +54,7 @@ from navtool.datasets.decode.vendor_state import (
     decode_unitree_state,
     decode_warthog_status,
 )
+from navtool.datasets.decode.video_packet import decode_ffmpeg_packet
 
 TRANSFORMS = "transforms"
 """What transforms feed; their topics are always read, so that it is no stream of the stream table."""
@@ -74,6 +76,8 @@ class Message:
     """Streams that are read from it only where the robot file names the topic: by itself it may be anything."""
     planar: bool = False
     """Whether its clouds lie in one plane; proposed only where a recording has no other cloud."""
+    video: bool = False
+    """Whether its pictures need those of messages before."""
     own_definition: bool = False
     """Whether only a recording itself defines it; navtool brings no definition of a vendor's type."""
     unused: str = ""
@@ -97,6 +101,8 @@ _ROWS = (
     Message("sensor_msgs/msg/CompressedImage", decode_compressed_image, ("camera",)),
     *_foxglove("RawImage", decode_foxglove_raw_image, proposed=("camera",)),
     *_foxglove("CompressedImage", decode_foxglove_compressed_image, proposed=("camera",)),
+    *_foxglove("CompressedVideo", decode_foxglove_compressed_video, proposed=("camera",), video=True),
+    Message("ffmpeg_image_transport_msgs/msg/FFMPEGPacket", decode_ffmpeg_packet, ("camera",), video=True),
     Message("sensor_msgs/msg/CameraInfo", decode_camera_info, ("camera_info",)),
     *_foxglove("CameraCalibration", decode_foxglove_calibration, proposed=("camera_info",)),
     Message("sensor_msgs/msg/PointCloud2", decode_point_cloud, ("lidar",)),

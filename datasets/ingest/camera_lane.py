@@ -6,11 +6,13 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
+from navtool.base.errors import DatasetsError
 from navtool.base.note import Note
-from navtool.datasets.decode.messages import Decoded, ImageFrame
-from navtool.datasets.ingest.lane import Lane
-from navtool.datasets.ingest.segment import Segment
-from navtool.datasets.recording import RawMessage
+from navtool.datasets.decode.messages import Decoded, ImageFrame, VideoPacket
+from navtool.datasets.decode.video_decoder import Shown, VideoDecoder
+from navtool.datasets.ingest.lane import Lane, logger
+from navtool.datasets.ingest.segment import Segment, VideoPart
+from navtool.datasets.recording import RawMessage, Recording
 from navtool.datasets.store.schema import IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX, camera_reliability_keys
 from navtool.datasets.store.stats import ImageStats
 from navtool.datasets.store.video import VideoWriter
@@ -33,6 +35,45 @@ class CameraLane(Lane):
         self.stats = ImageStats()
         self._video, self._reliability = video, reliability
         self._frames: dict[int, Image] = {}
+        self._decoder = VideoDecoder()
+        self._missing: set[int] = set()
+        """Packets of this segment's own whose picture has not come."""
+
+    def take(self, recording: Recording, raw: RawMessage, position: int) -> None:
+        """Use the message at a position of the stream's order of record; of a video, the pictures that come with it."""
+        if self._part.video is None:
+            super().take(recording, raw, position)
+        elif self._part.video.first <= position <= self._part.video.last:
+            self._take_packet(self._part.video, recording, raw, position)
+
+    def finish(self) -> None:
+        """Write what is left; ticks whose message never came are without it."""
+        self._use_pictures(self._decoder.flush())
+        if self._part.video is not None:
+            # Packets before the first key frame stand in the plan's count.
+            self.undecodable += sum(self._part.video.first <= position for position in self._missing)
+        super().finish()
+
+    def _take_packet(self, video: VideoPart, recording: Recording, raw: RawMessage, position: int) -> None:
+        self._missing |= {position} & self._part.own
+        try:
+            packet = recording.decode(raw)
+        except DatasetsError as error:
+            logger.debug("%s: %s", raw.topic, error)
+            return
+        if not isinstance(packet, VideoPacket):
+            return
+        self._use_pictures(self._decoder.feed(packet, position, video.parameters.get(position, b"")))
+
+    def _use_pictures(self, shown: list[Shown]) -> None:
+        for number, frame in shown:
+            self._missing.discard(number)
+            if ticks := self._part.segment_ticks.get(number, []):
+                seen = self._seen(frame)
+                self._add_odd(seen)
+                self._use(seen, ticks)
+                self._waits[ticks] = False
+        self._settle()
 
     def _seen(self, sample: Decoded) -> Decoded:
         return (
@@ -41,7 +82,7 @@ class CameraLane(Lane):
             else sample
         )
 
-    def _use(self, sample: Decoded, ticks: list[int], raw: RawMessage, position: int) -> None:  # noqa: ARG002
+    def _use(self, sample: Decoded, ticks: list[int], raw: RawMessage | None = None, position: int = 0) -> None:  # noqa: ARG002
         if not isinstance(sample, ImageFrame):
             raise TypeError(f"{type(sample).__name__} is no frame")
         shrinks = sample.rgb.shape[1] > IMAGE_WIDTH_PX

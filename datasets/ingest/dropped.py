@@ -17,6 +17,8 @@ def dropped_messages(
     first_ns, last_ns = int(grid.ticks_ns[0]), int(grid.ticks_ns[-1])
     for name, stream in large.items():
         if name in contents.large:
+            video = found.streams[name].video
+            counts[f"{name}: before the first key frame"] = 0 if video is None else video.before_first_key
             unserving = [stamp for n, stamp in stream.stamps_ns.items() if n not in stream.episode_ticks]
             inside = sum(first_ns <= stamp <= last_ns for stamp in unserving)
             counts[f"{name}: outside the grid"] = len(unserving) - inside

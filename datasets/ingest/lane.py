@@ -54,7 +54,7 @@ class Lane(ABC):
             self.undecodable += position in self._part.own
             self._give_up(ticks)
         else:
-            self.odd.add(self._stream, sample.notes if isinstance(sample, ImageFrame | PointCloud) else ())
+            self._add_odd(sample)
             self._use(sample, ticks, raw, position)
             self._waits[ticks] = False
         self._settle()
@@ -63,6 +63,10 @@ class Lane(ABC):
         """Write what is left; ticks whose message never came are without it."""
         self._give_up(np.flatnonzero(self._waits).tolist())
         self._settle()
+
+    def _add_odd(self, sample: Decoded) -> None:
+        """Count what is odd about a message."""
+        self.odd.add(self._stream, sample.notes if isinstance(sample, ImageFrame | PointCloud) else ())
 
     def _seen(self, sample: Decoded) -> Decoded:
         """The sample as it is to be used."""

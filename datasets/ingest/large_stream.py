@@ -15,6 +15,7 @@ from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.sync import Match, choose, nearest
 from navtool.datasets.streams.table import row_of
+from navtool.datasets.streams.video_survey import VideoSurvey
 from navtool.pipeline.arrays import Array
 
 
@@ -34,6 +35,8 @@ class LargeStream:
     """How its pictures are shown."""
     native_size: tuple[int, int] | None = None
     """Width and height of its first picture."""
+    video: VideoSurvey | None = None
+    """Where its video can be decoded from; None where each message is a picture by itself."""
 
 
 def large_streams(
@@ -69,4 +72,10 @@ def _large(name: str, stream: RecordedStream, grid: Grid, config: SyncConfig, vi
     for tick in np.flatnonzero(match.valid).tolist():
         episode_ticks.setdefault(int(time.order[match.index[tick]]), []).append(tick)
     stamps = dict(zip(time.order.tolist(), time.stamps_ns.tolist(), strict=True))
-    return LargeStream(stream.topic, stream.stamps[1], episode_ticks, stamps, match, view, stream.native_size)
+    return LargeStream(
+        stream.topic, stream.stamps[1], episode_ticks, stamps, match, view, stream.native_size, _sendable(stream.video)
+    )
+
+
+def _sendable(video: VideoSurvey | None) -> VideoSurvey | None:
+    return None if video is None else video.without_decoder()

@@ -16,6 +16,7 @@ from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.store.stats import CloudStats, ImageStats
 from navtool.datasets.streams.motion import Motion
 from navtool.datasets.streams.table import sensor_of
+from navtool.datasets.streams.video_survey import VideoSurvey
 from navtool.pipeline.arrays import Array
 
 TICKS_PER_SEGMENT = 512
@@ -23,6 +24,18 @@ TICKS_PER_SEGMENT = 512
 
 _SWEEP_NS = 1_000_000_000
 """No sweep lasts longer."""
+
+
+@dataclass(frozen=True, slots=True)
+class VideoPart:
+    """Which packets of a video a segment decodes: those that its pictures need too."""
+
+    first: int
+    """Position of the key frame that decoding begins with."""
+    last: int
+    """Position of the last packet whose picture is wanted."""
+    parameters: dict[int, bytes]
+    """Parameter sets for key frames whose packets have none, by position."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +55,7 @@ class StreamPart:
     """Time on the grid's clock of all of these."""
     view: PictureView = AS_RECORDED
     native_size: tuple[int, int] | None = None
+    video: VideoPart | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +131,7 @@ def _segment(
     plan: EpisodePlan, number: int, ticks: int, parts: dict[str, list[tuple[list[int], list[int]]]]
 ) -> Segment:
     first_tick = number * TICKS_PER_SEGMENT
-    needed = {name: sorted({*cut[number][0], *cut[number][1]}) for name, cut in parts.items()}
+    needed = {name: _needed(plan.large[name].video, *cut[number]) for name, cut in parts.items()}
     spans = [
         (int(plan.large[name].record_ns[positions[0]]), int(plan.large[name].record_ns[positions[-1]]))
         for name, positions in needed.items()
@@ -139,6 +153,21 @@ def _segment(
         sound=not plan.faults,
         motion=None if plan.motion is None else _motion(plan.motion, plan.large.get("lidar"), needed.get("lidar", [])),
     )
+
+
+def _needed(video: VideoSurvey | None, serving: list[int], own: list[int]) -> list[int]:
+    """Positions of the messages that are read, of a video those from the key frame on that the first one needs."""
+    positions = sorted({*serving, *own})
+    if video is None or not positions:
+        return positions
+    return sorted({video.start_for(positions[0]), *positions})
+
+
+def _video_part(video: VideoSurvey | None, positions: list[int]) -> VideoPart | None:
+    if video is None or not positions:
+        return None
+    first, last = video.start_for(positions[0]), positions[-1]
+    return VideoPart(first, last, {key: sets for key, sets in video.parameters.items() if first <= key <= last})
 
 
 def _motion(motion: Motion, clouds: LargeStream | None, positions: list[int]) -> Motion | None:
@@ -176,4 +205,5 @@ def _part(
         stamps_ns={p: stream.stamps_ns.get(p, int(stream.record_ns[p])) for p in {*serving, *own}},
         view=stream.view,
         native_size=stream.native_size,
+        video=_video_part(stream.video, sorted({*serving, *own})),
     )

@@ -10,8 +10,9 @@ from jaxtyping import Float64, Int64, UInt8
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.levels import levels_of
-from navtool.datasets.decode.messages import ImageFrame, OdometrySample, PointCloud, PoseSample
+from navtool.datasets.decode.messages import ImageFrame, OdometrySample, PointCloud, PoseSample, VideoPacket
 from navtool.datasets.decode.picture_view import PictureView
+from navtool.datasets.decode.video_decoder import VideoDecoder
 from navtool.datasets.inspect.inspection import Inspection
 from navtool.datasets.recording import RawMessage, Recording, open_recording
 from navtool.datasets.streams.table import is_large
@@ -116,7 +117,10 @@ def _decode_kept(recording: Recording, kept: dict[str, dict[int, RawMessage]], s
             except DatasetsError as error:
                 samples.faults.append(f"{raw.topic}: {error.what}")
                 continue
-            if isinstance(sample, ImageFrame):
+            if isinstance(sample, VideoPacket):
+                decoder = VideoDecoder()
+                pictures += [(at_s, shown.frame) for shown in (*decoder.feed(sample, 0), *decoder.flush())]
+            elif isinstance(sample, ImageFrame):
                 pictures.append((at_s, sample))
             elif isinstance(sample, PointCloud) and stream not in samples.clouds and len(sample.xyz):
                 samples.clouds[stream] = _cloud(sample, at_s)

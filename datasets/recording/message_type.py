@@ -27,6 +27,8 @@ _DRIVERS_TYPES = {
         f"uint8[3] rsvd\n{package}/CustomPoint[] points"
         for package in LIVOX_PACKAGES
     },
+    "ffmpeg_image_transport_msgs/msg/FFMPEGPacket": "std_msgs/Header header\nint32 width\nint32 height\n"
+    "string encoding\nuint64 pts\nuint8 flags\nbool is_bigendian\nuint8[] data",
     "velodyne_msgs/msg/VelodynePacket": "builtin_interfaces/Time stamp\nuint8[1206] data",
     "velodyne_msgs/msg/VelodyneScan": "std_msgs/Header header\nvelodyne_msgs/VelodynePacket[] packets",
 }
@@ -39,6 +41,9 @@ _CDR_PADDING = 3
 _MOST_LEFT = 64
 """Bytes behind a message's last field, as the recorder of a camera's SDK appends some; with more of them another
 definition is at work."""
+
+_SMALL_RECORD = 16
+"""Of larger records, one that is left at a message's end is one that its count lacks."""
 
 
 class StampLayout(NamedTuple):
@@ -104,6 +109,8 @@ class MessageType:
         self._layout = self._layout_of(name, ())
         self.stamp_layout = self._stamp_layout()
         self._arrays = RecordArrays(self._store, name, encoding) if has_records(self._store, name) else None
+        last_stride = 0 if self._arrays is None else self._arrays.last_stride
+        self._most_left = min(_MOST_LEFT, last_stride - 1) if last_stride > _SMALL_RECORD else _MOST_LEFT
         self._fields: Any = self._store.get_msgdef(name)
         self._class = self._store.types[name]
 
@@ -135,7 +142,7 @@ class MessageType:
             little = self._fields.deserialize_cdr_le, self._fields.deserialize_cdr_be
             message, end = little[data[1] == 0](content[4:], 0, self._class, self._store)
         size, padding = (len(data), 0) if self.encoding == "ros1" else (len(data) - 4, _CDR_PADDING)
-        if not 0 <= size - end <= _MOST_LEFT:
+        if not 0 <= size - end <= self._most_left:
             raise DatasetsError(f"a message of {size} bytes, whose content takes {end}")
         return Read(message, size - end if size - end > padding else 0)
 

@@ -102,6 +102,12 @@ class RecordArrays:
             others = []
         self._add_others(others)
 
+    @property
+    def last_stride(self) -> int:
+        """Bytes of a record of the sequence at the message's end, 0 for none; fewer than that can be left behind it."""
+        last = self._steps[-1]
+        return last.stride if isinstance(last, _Records) else 0
+
     def read(self, data: memoryview) -> tuple[Any, int]:
         """The message, and the offset behind its last field in the bytes behind the encapsulation.
 

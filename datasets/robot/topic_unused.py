@@ -27,7 +27,7 @@ _BY_TYPE = (
         r"(PandarScan|PacketMsg|Packets?)$",
         "raw packets of a sensor, which are not decoded; record its driver's PointCloud2",
     ),
-    (r"^foxglove(\.|_msgs/msg/)CompressedVideo$", "a video stream, whose frames need those before them; record images"),
+    (r"^theora_image_transport/msg/Packet$", "a video stream of Theora, which is not decoded; record images"),
     (r"^sensor_msgs/msg/(NavSatFix|NavSatStatus)$", "satellite positions have no column in the data set"),
 )
 """Types that are not read, or for no stream: regular expression on the type, reason; the first match wins."""

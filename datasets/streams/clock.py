@@ -1,6 +1,6 @@
 """Which time of a message counts: the stamp of its header, or when it was recorded."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -93,6 +93,11 @@ class StreamTime:
     unstamped: int = 0
     offset_ns: int | None = None
     notes: tuple[Note, ...] = field(default=())
+
+    def from_position(self, first: int) -> "StreamTime":
+        """Without the messages that were recorded before the one at a position."""
+        kept = self.order >= first
+        return replace(self, stamps_ns=self.stamps_ns[kept], order=self.order[kept]) if first else self
 
 
 @dataclass(frozen=True, slots=True)

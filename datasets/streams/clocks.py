@@ -42,6 +42,7 @@ class Clocks:
         jumps: The steps that were taken out.
         offsets: Streams whose header clock is apart from the others', or may be.
         level_s: How far the clock that most streams share is ahead of the recorder's.
+        skipped: Messages at the beginning of videos that no picture comes of.
     """
 
     header_ns: dict[str, Int64[Array, " n"]]
@@ -51,6 +52,7 @@ class Clocks:
     policy: SyncConfig
     offsets: dict[str, ClockOffset] = field(default_factory=dict)
     level_s: float = 0.0
+    skipped: dict[str, int] = field(default_factory=dict)
 
     @classmethod
     def of(cls, found: FirstPass, policy: SyncConfig) -> "Clocks":
@@ -72,7 +74,9 @@ class Clocks:
         }
         given = {name: seconds for name in mended if (seconds := policy.offset_of(name)) is not None}
         compared = compare_clocks(latencies, given)
-        clocks = replace(clocks, level_s=compared.level_s)
+        videos = {name: video for name, stream in found.streams.items() if (video := stream.video) is not None}
+        skipped = {name: video.before_first_key for name, video in videos.items()}
+        clocks = replace(clocks, level_s=compared.level_s, skipped=skipped)
         for name, seconds in given.items():
             clocks = clocks.shifted(name, ClockOffset(-seconds, Shift(seconds, exact=True) if seconds else None))
         for name, offset in compared.offsets.items():
@@ -109,7 +113,7 @@ class Clocks:
             seconds = self.policy.offset_of(name)
             if seconds and time.source == "record":
                 time = replace(time, stamps_ns=time.stamps_ns + round(seconds * 1e9))
-            times[name] = time
+            times[name] = time.from_position(self.skipped.get(name, 0))
         return times
 
     def on_clock_of(self, grid_stream: str, record_ns: int) -> int:

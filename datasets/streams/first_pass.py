@@ -13,6 +13,7 @@ from navtool.datasets.decode.messages import (
     PointCloud,
     Transform,
     TransformsSample,
+    VideoPacket,
 )
 from navtool.datasets.decode.table import TRANSFORMS
 from navtool.datasets.recording import RawMessage, Recording
@@ -23,6 +24,7 @@ from navtool.datasets.streams.fast_rows import FastRows
 from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.rows import StreamRows, rows_of
 from navtool.datasets.streams.table import Kind, is_large, row_of, sensor_of
+from navtool.datasets.streams.video_survey import VideoSurvey
 
 logger = logging.getLogger(__name__)
 
@@ -93,6 +95,8 @@ def first_pass(
         if on_reached is not None:
             on_reached(raw.record_ns)
     for name, recorded in found.streams.items():
+        if recorded.video is not None:
+            _add_video_picture(recorded, recorded.video.finish())
         if is_large(name):
             _require_decodable(recorded, name)
     found.unreadable = {name: x for name, x in found.streams.items() if not x.record_ns and x.undecodable}
@@ -109,17 +113,28 @@ def _add_stamp(stream: RecordedStream, recording: Recording, raw: RawMessage) ->
     stream.header_ns.append(NO_STAMP if stamp is None else stamp)
     stream.record_ns.append(raw.record_ns)
     surveyed = stream.survey is not None and stream.survey.wants(raw.record_ns)
-    if surveyed or (stream.frame_id == "" and stream.native_size is None and stream.undecodable < _TRIES):
-        try:
-            sample = recording.decode(raw)
-        except DatasetsError as error:
-            _count_fault(stream, error)
-            return
-        if isinstance(sample, ImageFrame):
-            _add_picture(stream, sample, raw.record_ns)
-        elif isinstance(sample, PointCloud):
-            stream.frame_id, stream.notes = sample.frame_id, list(sample.notes)
-            stream.native_size = (len(sample.xyz), 1)
+    first = stream.frame_id == "" and stream.native_size is None and stream.undecodable < _TRIES
+    if not (surveyed or first or stream.video is not None):
+        return
+    try:
+        sample = recording.decode(raw)
+    except DatasetsError as error:
+        _count_fault(stream, error)
+        return
+    if isinstance(sample, VideoPacket):
+        stream.video = stream.video or VideoSurvey()
+        _add_video_picture(stream, stream.video.add(sample, len(stream.record_ns) - 1))
+    elif isinstance(sample, ImageFrame):
+        _add_picture(stream, sample, raw.record_ns)
+    elif isinstance(sample, PointCloud):
+        stream.frame_id, stream.notes = sample.frame_id, list(sample.notes)
+        stream.native_size = (len(sample.xyz), 1)
+
+
+def _add_video_picture(stream: RecordedStream, picture: ImageFrame | None) -> None:
+    """Frame and size of a video's first picture, once there is one."""
+    if picture is not None and stream.native_size is None:
+        stream.frame_id, stream.native_size = picture.frame_id, (picture.rgb.shape[1], picture.rgb.shape[0])
 
 
 def _add_picture(stream: RecordedStream, picture: ImageFrame, record_ns: int) -> None:
@@ -204,10 +219,19 @@ def _count_fault(stream: RecordedStream, error: DatasetsError) -> None:
 def _require_decodable(stream: RecordedStream, name: str) -> None:
     if stream.record_ns and stream.native_size is None:
         raise DatasetsError(
-            f"none of the first {stream.undecodable} messages can be decoded: {stream.first_fault}",
+            _why_no_picture(stream),
             where=stream.topic,
             cure=f"name another topic for '{name}', or leave the stream out{_without(name)}",
         )
+
+
+def _why_no_picture(stream: RecordedStream) -> str:
+    if stream.video is None:
+        return f"none of the first {stream.undecodable} messages can be decoded: {stream.first_fault}"
+    video = f"video stream of {' and '.join(stream.video.codecs)}"
+    if not stream.video.keys:
+        return f"a {video} without a key frame among its {stream.video.packets} packets: none of them can be decoded"
+    return f"a {video} of which no picture can be decoded, from {len(stream.video.keys)} key frames on"
 
 
 def _without(name: str) -> str:

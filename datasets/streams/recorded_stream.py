@@ -7,6 +7,7 @@ from jaxtyping import Float64, Int64
 
 from navtool.base.note import Note
 from navtool.datasets.decode.levels import LevelSurvey
+from navtool.datasets.streams.video_survey import VideoSurvey
 from navtool.pipeline.arrays import Array
 
 _MOST = 1e15
@@ -29,6 +30,8 @@ class RecordedStream:
     native_size: tuple[int, int] | None = None
     notes: list[Note] = field(default_factory=list)
     """What is odd about the messages that were looked at."""
+    video: VideoSurvey | None = None
+    """Where its video can be decoded from; None where each message is a picture by itself."""
     survey: LevelSurvey | None = None
     """The range of the first pictures of 16 bits; None where they have 8."""
     beyond_measure: int = 0

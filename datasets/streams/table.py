@@ -84,7 +84,7 @@ _ROWS = (
                 (_DERIVED_IMAGES, -5),
                 (r"rect", -1),
             ),
-            never=r"depth|disparity|confidence|theora|ffmpeg",
+            never=r"depth|disparity|confidence|theora",
             derived=_DERIVED_IMAGES,
         ),
         another="another camera",

@@ -132,6 +132,8 @@ _MORE_TYPES = {
     "float32 voltage\nfloat32 current\nfloat32 state_of_charge\nuint8 status",
     "clearpath_platform_msgs/msg/Power": "std_msgs/Header header\nint8 battery_connected\n"
     "uint8 A200_CURRENTS_SIZE=3\nfloat32[] measured_voltages\nfloat32[] measured_currents",
+    "ffmpeg_image_transport_msgs/msg/FFMPEGPacket": "std_msgs/Header header\nint32 width\nint32 height\n"
+    "string encoding\nuint64 pts\nuint8 flags\nbool is_bigendian\nuint8[] data",
     "husky_msgs/msg/HuskyStatus": "std_msgs/Header header\nfloat64 mcu_and_user_port_current\n"
     "float64 left_driver_current\nfloat64 right_driver_current\nfloat64 battery_voltage\nbool lockout\nbool e_stop",
     "jackal_msgs/msg/Status": "std_msgs/Header header\nfloat32 measured_battery\nfloat32 drive_current\n"

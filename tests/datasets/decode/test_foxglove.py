@@ -209,7 +209,8 @@ def test_damage_is_one_messages_error(drive_entries: Callable[..., Any], tmp_pat
             for data in (b"", b"{", raw.data[:40], b"\xff" * 60):
                 with pytest.raises(DatasetsError, match=r"decoded|neither JPEG nor PNG|truncated"):
                     recording.decode(raw._replace(data=data))
-    video = [("/video", "CompressedVideo", 10**9, {"timestamp": {"sec": 1, "nanosec": 0}})]
+    fields = {"timestamp": {"sec": 1, "nanosec": 0}, "frame_id": "c", "format": "h264", "data": "AAAAAUEA"}
+    video = [("/video", "CompressedVideo", 10**9, fields)]
     path = _write(tmp_path / "video.mcap", "json", video)
     report = ingest([path], tmp_path / "out", RobotConfig(), IngestConfig())
-    assert "frames need those before them" in report.quarantined[0].reason
+    assert "a video stream of h264 without a key frame" in report.quarantined[0].reason

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from jaxtyping import UInt8
 
 from navtool.base.errors import DatasetsError
-from navtool.datasets.decode.compressed_image import decode_compressed_image
+from navtool.datasets.decode.compressed_image import decode_still
 from navtool.datasets.decode.encoded_size import encoded_size
 from navtool.datasets.decode.image import decode_image
 from navtool.datasets.decode.picture_view import Colours, PictureView
@@ -154,7 +154,7 @@ def encoded(pixels: Any, suffix: str) -> UInt8[Array, " n"]:
 
 @pytest.mark.parametrize("form", ["jpeg", "jpg", "", "rgb8; jpeg compressed bgr8", "bgr8; jpeg compressed bgr8"])
 def test_a_jpeg_image_is_close_to_what_was_compressed(form: str, ros_message: Make) -> None:
-    frame = decode_compressed_image(
+    frame = decode_still(
         ros_message(COMPRESSED, {"format": form, "data": encoded(smooth_rgb(), ".jpg"), "header": {"frame_id": "cam"}})
     )
     assert frame.encoding == "jpeg"
@@ -164,9 +164,7 @@ def test_a_jpeg_image_is_close_to_what_was_compressed(form: str, ros_message: Ma
 
 @pytest.mark.parametrize("form", ["png", "bgr8; png compressed bgr8"])
 def test_a_png_image_is_exactly_what_was_compressed(form: str, ros_message: Make) -> None:
-    frame = decode_compressed_image(
-        ros_message(COMPRESSED, {"format": form, "data": encoded(random_rgb(9, 7), ".png")})
-    )
+    frame = decode_still(ros_message(COMPRESSED, {"format": form, "data": encoded(random_rgb(9, 7), ".png")}))
     np.testing.assert_array_equal(frame.rgb, random_rgb(9, 7))
     assert frame.encoding == "png"
 
@@ -174,13 +172,13 @@ def test_a_png_image_is_exactly_what_was_compressed(form: str, ros_message: Make
 def test_grey_and_16_bit_compressed_images_become_rgb(ros_message: Make) -> None:
     samples = np.random.default_rng(0).integers(0, 65536, (5, 7), dtype=np.uint16)
     for pixels in ((samples >> 8).astype(np.uint8), samples):
-        frame = decode_compressed_image(ros_message(COMPRESSED, {"format": "png", "data": encoded(pixels, ".png")}))
+        frame = decode_still(ros_message(COMPRESSED, {"format": "png", "data": encoded(pixels, ".png")}))
         np.testing.assert_allclose(frame.rgb, grey((samples >> 8).astype(np.uint8)), atol=1)
 
 
 def test_an_image_compressed_with_red_and_blue_exchanged_is_put_right(ros_message: Make) -> None:
     data = encoded(random_rgb(5, 7)[..., ::-1], ".png")
-    frame = decode_compressed_image(ros_message(COMPRESSED, {"format": "rgb8; png compressed rgb8", "data": data}))
+    frame = decode_still(ros_message(COMPRESSED, {"format": "rgb8; png compressed rgb8", "data": data}))
     np.testing.assert_array_equal(frame.rgb, random_rgb(5, 7))
 
 
@@ -188,7 +186,7 @@ def test_a_compressed_mosaic_is_demosaiced(ros_message: Make) -> None:
     colour = np.array([200, 90, 30])
     mosaic = np.tile(colour[[0, 1, 1, 2]].reshape(2, 2), (6, 8)).astype(np.uint8)
     fields = {"format": "bayer_rggb8; png compressed ", "data": encoded(mosaic, ".png")}
-    frame = decode_compressed_image(ros_message(COMPRESSED, fields))
+    frame = decode_still(ros_message(COMPRESSED, fields))
     np.testing.assert_array_equal(frame.rgb, np.broadcast_to(colour, (12, 16, 3)))
 
 
@@ -198,9 +196,7 @@ def test_an_image_keeps_the_sensors_orientation_whatever_exif_says(ros_message: 
     segment = b"Exif\0\0" + tiff
     turned = bytes(plain[:2]) + b"\xff\xe1" + (len(segment) + 2).to_bytes(2, "big") + segment + bytes(plain[2:])
     assert np.asarray(cv2.imdecode(np.frombuffer(turned, np.uint8), cv2.IMREAD_COLOR)).shape == (64, 48, 3)
-    frame = decode_compressed_image(
-        ros_message(COMPRESSED, {"format": "jpeg", "data": np.frombuffer(turned, np.uint8)})
-    )
+    frame = decode_still(ros_message(COMPRESSED, {"format": "jpeg", "data": np.frombuffer(turned, np.uint8)}))
     assert frame.rgb.shape == (48, 64, 3)
 
 
@@ -209,7 +205,7 @@ def test_a_truncated_compressed_image_is_refused(suffix: str, ros_message: Make)
     data = encoded(random_rgb(40, 50), suffix)
     for size in (0, 5, 30, len(data) // 2, len(data) - 3):
         with pytest.raises(DatasetsError, match=r"truncated|damaged|neither"):
-            decode_compressed_image(ros_message(COMPRESSED, {"format": suffix[1:], "data": data[:size]}))
+            decode_still(ros_message(COMPRESSED, {"format": suffix[1:], "data": data[:size]}))
 
 
 @pytest.mark.parametrize("options", [[], [cv2.IMWRITE_JPEG_PROGRESSIVE, 1]])
@@ -232,7 +228,7 @@ def test_a_damaged_size_fills_no_gigabytes(ros_message: Make) -> None:
     for data, form in damaged:
         pixels = np.frombuffer(data, np.uint8)
         with pytest.raises(DatasetsError, match=r"damaged image .* it says that it has"):
-            decode_compressed_image(ros_message(COMPRESSED, {"format": form, "data": pixels}))
+            decode_still(ros_message(COMPRESSED, {"format": form, "data": pixels}))
     # A driver that publishes a JPEG under the name of raw pixels.
     fields = {**image_fields(random_rgb(4, 4), "rgb8"), "width": 640, "height": 480, "step": 1920}
     with pytest.raises(DatasetsError, match="it says that it has"):
@@ -250,7 +246,7 @@ def test_a_damaged_size_fills_no_gigabytes(ros_message: Make) -> None:
 )
 def test_other_compressions_are_refused_with_the_reason(form: str, told: str, ros_message: Make) -> None:
     with pytest.raises(DatasetsError, match=told):
-        decode_compressed_image(ros_message(COMPRESSED, {"format": form, "data": np.arange(100)}))
+        decode_still(ros_message(COMPRESSED, {"format": form, "data": np.arange(100)}))
 
 
 def in_planes(rgb: Rgb, kind: str) -> Any:
@@ -340,19 +336,19 @@ def test_the_order_of_bytes_is_believed_where_both_are_pictures(shift: int, ros_
 @pytest.mark.parametrize("form", ["mono16; png compressed ", "png"])
 def test_a_compressed_picture_of_16_bits_keeps_them(form: str, ros_message: Make) -> None:
     samples = (smooth_rgb()[..., 0].astype(np.uint16) * 3) + 7076
-    frame = decode_compressed_image(ros_message(COMPRESSED, {"format": form, "data": encoded(samples, ".png")}))
+    frame = decode_still(ros_message(COMPRESSED, {"format": form, "data": encoded(samples, ".png")}))
     assert frame.deep is not None
     np.testing.assert_array_equal(frame.deep.samples, samples)
 
 
 def test_what_a_format_says_of_colours_is_noted_and_can_be_overruled(ros_message: Make) -> None:
     data = encoded(smooth_rgb(), ".png")
-    frame = decode_compressed_image(ros_message(COMPRESSED, {"format": "rgb8; png compressed rgb8", "data": data}))
+    frame = decode_still(ros_message(COMPRESSED, {"format": "rgb8; png compressed rgb8", "data": data}))
     assert [note.code for note in frame.notes] == ["image.colours-exchanged"]
     np.testing.assert_array_equal(frame.rgb, smooth_rgb()[..., ::-1])
     held = PictureView(colours=Colours.as_held).shown(frame)
     np.testing.assert_array_equal(held.rgb, smooth_rgb())
-    plain = decode_compressed_image(ros_message(COMPRESSED, {"format": "jpeg", "data": data}))
+    plain = decode_still(ros_message(COMPRESSED, {"format": "jpeg", "data": data}))
     assert [note.code for note in plain.notes] == ["image.label"]
     np.testing.assert_array_equal(PictureView(colours=Colours.as_held).shown(plain).rgb, smooth_rgb())
     np.testing.assert_array_equal(PictureView(colours=Colours.exchanged).shown(plain).rgb, smooth_rgb()[..., ::-1])

@@ -253,6 +253,10 @@ ANY_FIELDS: dict[str, dict[str, Any]] = {
     "sensor_msgs/msg/CompressedImage": {"format": "png", "data": cv2.imencode(".png", np.zeros((2, 3, 3)))[1]},
     "sensor_msgs/msg/PointCloud2": CLOUD,
     "sensor_msgs/msg/CameraInfo": CALIBRATION,
+    "ffmpeg_image_transport_msgs/msg/FFMPEGPacket": {
+        "encoding": "hevc",
+        "data": np.frombuffer(b"\0\0\0\1&\1", np.uint8),
+    },
     "velodyne_msgs/msg/VelodyneScan": {"packets": [{"data": np.r_[np.full(1205, 1), 0x22]}]},
     "tf2_msgs/msg/TFMessage": {"transforms": [transform_fields("lidar", TURN)]},
     "tf/msg/tfMessage": {"transforms": [transform_fields("imu", TURN)]},
