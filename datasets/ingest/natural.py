@@ -6,7 +6,7 @@ from pathlib import Path
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.ingest.config import Merge
-from navtool.datasets.recording.folder import recordings_in
+from navtool.datasets.recording.opening import recordings_below
 
 SUFFIXES = (".bag", ".mcap", ".db3")
 
@@ -20,7 +20,8 @@ def natural_key(path: Path) -> tuple[tuple[int, int | str], ...]:
 def expand(paths: Sequence[Path], merge: Merge = Merge.file) -> list[Path]:
     """The recordings under the given paths, without repetition, naturally sorted.
 
-    A folder with a ``metadata.yaml`` is one rosbag2 recording; any other folder is searched to any depth. A file is
+    A folder that a ``metadata.yaml`` describes, or that holds the numbered parts of one recording, is that recording;
+    any other folder is searched to any depth. A file is
     taken whatever it is called: what is wrong with it is said when it is opened. Where the bags of a folder are merged,
     the folder stands for them.
 
@@ -33,7 +34,7 @@ def expand(paths: Sequence[Path], merge: Merge = Merge.file) -> list[Path]:
         if not path.exists():
             faults.append(f"{path}: no such file or folder")
             continue
-        inside = recordings_in(path) if path.is_dir() else [path]
+        inside = recordings_below(path) if path.is_dir() else [path]
         if merge is Merge.folder and path.is_dir() and inside != [path]:
             inside = [entry.parent for entry in inside]
         if not inside:

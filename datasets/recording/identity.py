@@ -8,6 +8,7 @@ from pathlib import Path
 
 from navtool.base.errors import DatasetsError
 from navtool.base.lineage import file_sha256
+from navtool.datasets.recording.folder import parts_named
 
 _LOGS = ("-journal", "-wal")
 """What SQLite keeps beside a database that was not closed."""
@@ -51,7 +52,8 @@ def recording_state(path: Path) -> tuple[tuple[str, int, int], ...]:
 def size_of(path: Path) -> int:
     """Bytes of a recording, a file or a folder; what vanishes meanwhile counts nothing."""
     size = 0
-    for file in [path] if path.is_file() else path.rglob("*"):
+    parts = [chosen.file for chosen in parts_named(path)]
+    for file in [path] if path.is_file() else parts or path.rglob("*"):
         with suppress(OSError):
             size += file.stat().st_size if file.is_file() else 0
     return size
@@ -61,6 +63,8 @@ def _parts(path: Path) -> list[Path]:
     """The files of a recording."""
     if path.is_dir():
         return sorted(entry for entry in path.rglob("*") if entry.is_file())
+    if parts := parts_named(path):
+        return sorted(chosen.file for chosen in parts)
     logs = [log for suffix in _LOGS if (log := path.with_name(path.name + suffix)).is_file() and log.stat().st_size]
     return [path, *logs]
 

@@ -45,12 +45,15 @@ class Recording:
         *,
         ros_distro: str,
         resources: ExitStack,
+        notes: Sequence[Note] = (),
+        faults: Sequence[str] = (),
     ) -> None:
         self.path = path
         self.format = recording_format
         self._sources = sorted(sources, key=lambda source: source.span_ns or (0, 0))
         self._resources = resources
         self._open = True
+        self._notes, self._faults = tuple(notes), tuple(faults)
         self._ros_distro = ros_distro
         self._types: dict[tuple[str, str], AnyType | DatasetsError] = {}
         self._stamps: dict[tuple[str, str], StampLayout | JsonType | ProtobufType | None] = {}
@@ -118,15 +121,17 @@ class Recording:
     def faults(self) -> tuple[str, ...]:
         """What is wrong with the files, as far as they were read: what had to be skipped or done without."""
         parts = [(source.where, fault) for source in self._sources for fault in source.faults]
-        return tuple(fault if len(self._sources) == 1 else f"{where.name}: {fault}" for where, fault in parts)
+        named = (fault if len(self._sources) == 1 else f"{where.name}: {fault}" for where, fault in parts)
+        return (*self._faults, *named)
 
     def notes(self) -> list[Note]:
-        """What was done about definitions of its types, as far as they were needed."""
-        return [
+        """What was done about its files, and about definitions of its types as far as they were needed."""
+        completed = [
             Note("definition.completed", f"{topic}: {kind.told}")
             for (topic, _), kind in sorted(self._types.items(), key=lambda item: item[0])
             if not isinstance(kind, DatasetsError) and kind.told
         ]
+        return [*self._notes, *completed]
 
     def header_stamp_ns(self, raw: RawMessage) -> int | None:
         """The header's stamp, read from the bytes; 0 where it was left unset, None where the type has no header.

@@ -40,7 +40,9 @@ def test_a_folder_with_several_recordings_lists_them(tmp_path: Path) -> None:
 
 def test_recordings_below_a_folder_are_named(tmp_path: Path) -> None:
     (tmp_path / "monday" / "run").mkdir(parents=True)
-    (tmp_path / "monday" / "run" / "metadata.yaml").touch()
+    (tmp_path / "monday" / "run" / "metadata.yaml").write_text(
+        "rosbag2_bagfile_information: {relative_file_paths: [run_0.db3]}"
+    )
     with pytest.raises(DatasetsError, match="not in this folder itself") as caught:
         open_recording(tmp_path)
     assert str(tmp_path / "monday" / "run") in str(caught.value.cure)
@@ -90,21 +92,6 @@ def test_a_description_that_names_absent_files(write_recording: Write) -> None:
     folder = write_recording("mcap", entries())
     file_of(folder).unlink()
     with pytest.raises(DatasetsError, match=r"1 of the 1 files it lists are missing: bag\.mcap(.|\n)*cure"):
-        open_recording(folder)
-
-
-@pytest.mark.parametrize("text", ["", "}{", "a: 1", "rosbag2_bagfile_information: 3", "- 1\n- 2", "\0"])
-def test_a_damaged_description(text: str, write_recording: Write) -> None:
-    folder = write_recording("mcap", entries())
-    (folder / "metadata.yaml").write_text(text)
-    with pytest.raises(DatasetsError, match=r"metadata\.yaml: the description"):
-        open_recording(folder)
-
-
-def test_a_description_without_files(write_recording: Write) -> None:
-    folder = write_recording("mcap", entries())
-    (folder / "metadata.yaml").write_text("rosbag2_bagfile_information: {relative_file_paths: []}")
-    with pytest.raises(DatasetsError, match="it lists no files"):
         open_recording(folder)
 
 
