@@ -23,6 +23,7 @@ def ingest(
         False, "--dry-run", help="Read and plan for the data set at --out as it is; write nothing."
     ),
     allow_missing: bool = typer.Option(False, "--allow-missing", help="Take recordings that lack some streams."),
+    strict: bool = typer.Option(False, "--strict", help="Refuse recordings that cannot be read whole."),
     cfg: str | None = typer.Option(None, "--cfg", help="Print the configuration (job), and do nothing else."),
     as_json: bool = typer.Option(False, "--json", help="Print JSON."),
 ) -> None:
@@ -62,6 +63,7 @@ def ingest(
             workers=workers,
             dry_run=dry_run,
             allow_missing=allow_missing,
+            strict=strict,
             progress=progress,
         )
     if as_json:

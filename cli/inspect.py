@@ -99,3 +99,4 @@ def print_inspection(inspection: "Inspection") -> None:
         print_table("Not used", ("topic", "reason"), ((topic.name, topic.reason) for topic in unused))
     print_notes(f"damaged: {fault}" for fault in inspection.faults)
     print_notes(inspection.topic_map.notes)
+    print_notes(inspection.notes)

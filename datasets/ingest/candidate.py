@@ -102,6 +102,8 @@ class Candidate:
         if isinstance(planned, Known):
             return Kept(planned.sha256)
         plan = planned.plan
+        if self._job.strict:
+            _refuse_left_out(plan)
         refuse_other_contents(plan.contents, plan.found, allow_missing=self._job.allow_missing)
         if self._job.dry_run:
             return Ready(planned, None)
@@ -134,3 +136,14 @@ class Candidate:
             else:
                 begun.append(future)
         return begun
+
+
+def _refuse_left_out(plan: EpisodePlan) -> None:
+    """Where nothing may be left out, a recording is read whole or not at all.
+
+    Raises:
+        DatasetsError: A stream cannot be decoded, or its files are not sound.
+    """
+    left = [f"{stream} cannot be decoded" for stream in plan.left_out] + list(plan.faults)
+    if left:
+        raise DatasetsError("; ".join(left), cure="leave --strict out to take what can be read")

@@ -15,6 +15,7 @@ class Job:
     config: IngestConfig
     dry_run: bool = False
     allow_missing: bool = False
+    strict: bool = False
 
     @property
     def settings_hash(self) -> str:

@@ -7,8 +7,6 @@ from pathlib import Path
 from jaxtyping import Int64
 
 from navtool.base.note import Note
-from navtool.datasets.decode.levels import FULL
-from navtool.datasets.decode.picture_view import PictureView
 from navtool.datasets.ingest.columns import small_columns
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.contents import contents_of, contents_to_be
@@ -20,7 +18,6 @@ from navtool.datasets.ingest.plan_notes import (
     deskew_notes,
     geometry_notes,
     gravity_notes,
-    level_notes,
     stream_faults,
 )
 from navtool.datasets.ingest.sync_report import sync_report, time_notes
@@ -34,13 +31,13 @@ from navtool.datasets.store.schema import IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX, Conte
 from navtool.datasets.store.sidecar import write_streams
 from navtool.datasets.streams.battery_sign import discharge_sign
 from navtool.datasets.streams.clocks import Clocks
-from navtool.datasets.streams.first_pass import FirstPass, first_pass
-from navtool.datasets.streams.found_notes import unreadable_notes
+from navtool.datasets.streams.first_pass import FirstPass, first_pass, refuse_unreadable
+from navtool.datasets.streams.found_notes import level_notes, picture_views, unreadable_notes
 from navtool.datasets.streams.measured_offsets import measure_offsets
 from navtool.datasets.streams.motion import Motion
 from navtool.datasets.streams.odometry_heading import heading_notes
 from navtool.datasets.streams.small_streams import small_streams
-from navtool.datasets.streams.table import of_kind, sensor_of
+from navtool.datasets.streams.table import grid_streams, of_kind, sensor_of
 from navtool.datasets.streams.timed_stream import motion_of
 from navtool.pipeline.arrays import Array
 
@@ -71,6 +68,8 @@ class EpisodePlan:
     """Those on single streams' times, which are said last."""
     faults: tuple[str, ...]
     """What is wrong with the recording's files; empty for sound ones."""
+    left_out: tuple[str, ...] = ()
+    """Streams of which not one message can be decoded."""
 
 
 def plan_episode(
@@ -95,6 +94,8 @@ def plan_episode(
     topics = usable_topics(recording, robot)
     joint_names = tuple(robot.joint_names) if fixed is None else fixed.joint_names
     found = first_pass(recording, topics, joint_names, robot.joy, on_reached)
+    if not grid_streams(found.streams):
+        refuse_unreadable(found, grid_streams(found.unreadable))
     clocks = Clocks.of(found, config.sync)
     grid = lay_grid(recording, topics, clocks, config.fps)
     contents = fixed or contents_to_be(contents_of(found), robot)
@@ -107,14 +108,14 @@ def plan_episode(
         small = small_streams(found, grid.times, calibration, robot)
     discharge = discharge_sign(robot.battery_current_sign, small.get("battery"))
     measured = small_columns(grid.ticks_ns, small, contents, config.sync, discharge.sign)
-    views = picture_views(robot, found)
+    views = picture_views(robot, found.streams)
     large = large_streams(found, grid, contents, config.sync, views)
     columns = measured.values | served_columns(large, contents, grid.ticks_ns)
     if streams_to is not None:
         write_streams(streams_to, small)
     notes = [*stream_faults(recording, found), *measured.notes, *discharge.notes, *heading_notes(small.get("odometry"))]
     notes += [*geometry_notes(found, calibration, changed), *gravity_notes(small.get("imu")), *unreadable_notes(found)]
-    notes += [*recording.notes(), *level_notes(found, views)]
+    notes += [*recording.notes(), *level_notes(found.streams, views)]
     notes += deskew_notes(small, wanted=config.deskew and "lidar" in large)
     return EpisodePlan(
         topics=topics,
@@ -132,6 +133,7 @@ def plan_episode(
         odd=odd_of_first_pass(found, recording),
         time_notes=time_notes(clocks, grid),
         faults=recording.faults,
+        left_out=tuple(found.unreadable),
     )
 
 
@@ -142,13 +144,6 @@ def _calibration(robot: RobotConfig, found: FirstPass) -> tuple[Calibration, tup
     infos = {sensor_of(stream): info for stream, info in found.camera_infos.items()}
     first = infos.pop("", None)
     return calibrate(robot, RecordedGeometry(frames, transforms, first, infos), _images(found)), changed
-
-
-def picture_views(robot: RobotConfig, found: FirstPass) -> dict[str, PictureView]:
-    """How each camera's pictures are shown."""
-    cameras = of_kind("camera", found.streams)
-    surveys = {stream: found.streams[stream].survey for stream in cameras}
-    return {name: robot.view_of(name, FULL if survey is None else survey.levels()) for name, survey in surveys.items()}
 
 
 def _images(found: FirstPass) -> dict[str, CameraImages]:

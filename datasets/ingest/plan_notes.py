@@ -3,14 +3,12 @@
 from collections.abc import Mapping
 
 from navtool.base.note import Note
-from navtool.datasets.decode.levels import SURVEY_NS
-from navtool.datasets.decode.picture_view import PictureView
 from navtool.datasets.recording import Recording
 from navtool.datasets.robot.calibration import Calibration
 from navtool.datasets.robot.gravity import odd_gravity
 from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.found_notes import recovered_notes, refused_notes
-from navtool.datasets.streams.table import FRONT, of_kind, row_of, sensor_of
+from navtool.datasets.streams.table import of_kind, row_of, sensor_of
 from navtool.datasets.streams.timed_stream import TimedStream
 
 
@@ -50,18 +48,6 @@ def gravity_notes(imu: TimedStream | None) -> list[Note]:
     """A note on gravity where it is not what it should be."""
     odd = None if imu is None else odd_gravity(imu.columns("ax_mps2", "ay_mps2", "az_mps2"))
     return [Note("imu.gravity", f"imu: {odd}")] if odd else []
-
-
-def level_notes(found: FirstPass, views: Mapping[str, PictureView]) -> list[Note]:
-    """A note on pictures of 16 bits of which not all are shown, by which range they are."""
-    notes = []
-    for stream, view in views.items():
-        if found.streams[stream].survey is not None and not view.levels.is_full:
-            low, high = view.levels.low, view.levels.high
-            what = f"{stream}: samples of 16 bits from {low} to {high} are shown black to white, in the whole recording"
-            cure = f"pictures: {{{sensor_of(stream) or FRONT}: {{range: [{low}, {high}]}}}} in the robot file sets them"
-            notes.append(Note("image.range", f"{what}, by its first {SURVEY_NS * 1e-9:g} s; {cure}"))
-    return notes
 
 
 def deskew_notes(small: Mapping[str, TimedStream], *, wanted: bool) -> list[Note]:

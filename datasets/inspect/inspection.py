@@ -1,18 +1,22 @@
 """What a recording holds: topics, rates, gaps, clocks, and the topic map that ingest would use."""
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.base.plain import plain_fields
 from navtool.datasets.recording import Recording, Topic, open_recording
 from navtool.datasets.robot.config import FurtherCamera, FurtherLidar, RobotConfig
 from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
-from navtool.datasets.streams.table import of_kind, sensor_of
+from navtool.datasets.streams.first_pass import look_at, without_pictures
+from navtool.datasets.streams.found_notes import level_notes, picture_views
+from navtool.datasets.streams.recorded_stream import RecordedStream
+from navtool.datasets.streams.table import is_large, of_kind, sensor_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +61,8 @@ class Inspection:
     topic_map: TopicMap
     faults: tuple[str, ...]
     """What is wrong with its files and was skipped or done without; empty for a sound one."""
+    notes: tuple[Note, ...] = ()
+    """What is odd about its files, definitions, and the first pictures and clouds."""
 
     def to_json(self) -> dict[str, object]:
         """Everything as plain JSON values; every stream is a key of ``topic_map``, null where it has no topic."""
@@ -96,9 +102,11 @@ def inspect_recording(
     ros_distro: str = "humble",
     on_read: Callable[[int], None] | None = None,
 ) -> Inspection:
-    """Read a recording once and describe it; no message is decoded beyond its header's stamp.
+    """Read a recording once and describe it.
 
-    Memory holds 16 bytes a message beside what reading takes.
+    Of messages the header's stamp is read; the first ones of each camera and LiDAR are decoded, as ingest does.
+
+    Memory holds 16 bytes a message beside what reading takes, 32 of cameras and LiDARs.
 
     Args:
         path: The recording.
@@ -111,7 +119,8 @@ def inspect_recording(
     """
     with open_recording(path, ros_distro=ros_distro) as recording:
         topic_map = resolve_topic_map(robot or RobotConfig(), recording.topics)
-        times = _times(recording, on_read)
+        large = {topic: RecordedStream(topic) for name, topic in topic_map.streams.items() if is_large(name)}
+        times = _times(recording, large, on_read)
         return Inspection(
             path=str(path),
             format=recording.format.value,
@@ -121,10 +130,25 @@ def inspect_recording(
             topics=tuple(_report(topic, times.get((topic.name, topic.type), _Times())) for topic in recording.topics),
             topic_map=topic_map,
             faults=recording.faults,
+            notes=(*recording.notes(), *_large_notes(robot or RobotConfig(), topic_map, large)),
         )
 
 
-def _times(recording: Recording, on_read: Callable[[int], None] | None) -> dict[tuple[str, str], _Times]:
+def _large_notes(robot: RobotConfig, topics: TopicMap, large: Mapping[str, RecordedStream]) -> list[Note]:
+    """What the first pictures and clouds say, by stream."""
+    streams = {name: large[topic] for name, topic in topics.streams.items() if topic in large and is_large(name)}
+    notes = []
+    for name, stream in streams.items():
+        if stream.record_ns and stream.native_size is None:
+            fault = without_pictures(stream).first_fault
+            notes.append(Note("stream.undecodable", f"{name}: its messages cannot be decoded: {fault}"))
+        notes += [note.about(name) for note in stream.notes]
+    return [*notes, *level_notes(streams, picture_views(robot, streams))]
+
+
+def _times(
+    recording: Recording, large: Mapping[str, RecordedStream], on_read: Callable[[int], None] | None
+) -> dict[tuple[str, str], _Times]:
     times: dict[tuple[str, str], _Times] = {}
     names = {topic.name for topic in recording.topics if topic.count > 0}
     for raw in recording.messages(names):
@@ -135,6 +159,8 @@ def _times(recording: Recording, on_read: Callable[[int], None] | None) -> dict[
         except DatasetsError:
             of_topic.unreadable += 1
             stamp_ns = None
+        if raw.topic in large:
+            look_at(large[raw.topic], recording, raw)
         of_topic.header_ns.append(-1 if stamp_ns is None else stamp_ns)
         if on_read is not None:
             on_read(len(raw.data))

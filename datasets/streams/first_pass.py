@@ -1,8 +1,8 @@
 """First pass over a recording: every time stamp, and the small streams in full."""
 
 import logging
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.levels import LevelSurvey
@@ -65,7 +65,7 @@ def first_pass(
         on_reached: Called with the record time of each message read.
 
     Raises:
-        DatasetsError: If the recording cannot be read on, or no image or cloud of a mapped stream can be decoded.
+        DatasetsError: If the recording cannot be read on.
     """
     by_topic: dict[str, list[str]] = {}
     for stream, topic in topics.streams.items():
@@ -89,7 +89,7 @@ def first_pass(
             if stream not in found.streams:
                 _add_geometry(found, stream, recording, raw)
             elif is_large(stream):
-                _add_stamp(found.streams[stream], recording, raw)
+                look_at(found.streams[stream], recording, raw)
             else:
                 _add_row(found.streams[stream], stream, joy, message, fast)
         if on_reached is not None:
@@ -97,14 +97,18 @@ def first_pass(
     for name, recorded in found.streams.items():
         if recorded.video is not None:
             _add_video_picture(recorded, recorded.video.finish())
-        if is_large(name):
-            _require_decodable(recorded, name)
-    found.unreadable = {name: x for name, x in found.streams.items() if not x.record_ns and x.undecodable}
-    found.streams = {name: stream for name, stream in found.streams.items() if stream.record_ns}
+        if is_large(name) and recorded.record_ns and recorded.native_size is None:
+            found.unreadable[name] = without_pictures(recorded)
+        elif not recorded.record_ns and recorded.undecodable:
+            found.unreadable[name] = recorded
+    found.streams = {
+        name: stream for name, stream in found.streams.items() if stream.record_ns and name not in found.unreadable
+    }
     return found
 
 
-def _add_stamp(stream: RecordedStream, recording: Recording, raw: RawMessage) -> None:
+def look_at(stream: RecordedStream, recording: Recording, raw: RawMessage) -> None:
+    """Keep the stamps of a message of a large stream, and what its first ones say of all: size, range, key frames."""
     try:
         stamp = recording.header_stamp_ns(raw)
     except DatasetsError as error:
@@ -216,18 +220,29 @@ def _count_fault(stream: RecordedStream, error: DatasetsError) -> None:
     logger.debug("%s: %s", stream.topic, error)
 
 
-def _require_decodable(stream: RecordedStream, name: str) -> None:
-    if stream.record_ns and stream.native_size is None:
-        raise DatasetsError(
-            _why_no_picture(stream),
-            where=stream.topic,
-            cure=f"name another topic for '{name}', or leave the stream out{_without(name)}",
-        )
+def refuse_unreadable(found: FirstPass, names: Iterable[str]) -> None:
+    """Do nothing, but where one of the streams cannot be read.
+
+    Raises:
+        DatasetsError: Not one message of it can be decoded.
+    """
+    for name in names:
+        if (stream := found.unreadable.get(name)) is not None:
+            raise DatasetsError(
+                f"not one of {stream.undecodable} messages can be decoded: {stream.first_fault}",
+                where=stream.topic,
+                cure=f"name another topic for '{name}', or leave the stream out{_without(name)}",
+            )
+
+
+def without_pictures(stream: RecordedStream) -> RecordedStream:
+    """A stream of images or clouds of which none came of the first messages: all of them count as not decodable."""
+    return replace(stream, undecodable=len(stream.record_ns), first_fault=_why_no_picture(stream))
 
 
 def _why_no_picture(stream: RecordedStream) -> str:
     if stream.video is None:
-        return f"none of the first {stream.undecodable} messages can be decoded: {stream.first_fault}"
+        return stream.first_fault
     video = f"video stream of {' and '.join(stream.video.codecs)}"
     if not stream.video.keys:
         return f"a {video} without a key frame among its {stream.video.packets} packets: none of them can be decoded"

@@ -20,7 +20,7 @@ from navtool.datasets.streams.align import in_base_axes
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.config import SyncConfig
-from navtool.datasets.streams.first_pass import FirstPass, first_pass
+from navtool.datasets.streams.first_pass import FirstPass, first_pass, refuse_unreadable
 from navtool.datasets.streams.found_notes import recovered_notes, refused_notes, unreadable_notes
 from navtool.datasets.streams.odometry_heading import turned_odometry
 from navtool.datasets.streams.rows import ODOMETRY_COLUMNS
@@ -52,6 +52,7 @@ class RecordedStreams(Streams):
         topics = _topics(recording, robot, reads)
         found = first_pass(recording, topics, ())
         if reads[0] not in found.streams:
+            refuse_unreadable(found, reads[:1])
             raise _missing(recording, topics, reads[0])
         times = Clocks.of(found, sync).times(reads[0])
         transforms, _ = latest_transforms(found.transforms)

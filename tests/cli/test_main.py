@@ -23,7 +23,17 @@ from navtool.datasets.store.reader import NavDataset
 
 TREE = {
     "inspect": ["bag", "--robot", "--write-robot", "--report", "--json"],
-    "ingest": ["arguments", "--out", "--robot", "--workers", "--dry-run", "--allow-missing", "--cfg", "--json"],
+    "ingest": [
+        "arguments",
+        "--out",
+        "--robot",
+        "--workers",
+        "--dry-run",
+        "--allow-missing",
+        "--strict",
+        "--cfg",
+        "--json",
+    ],
     "label": ["dataset", "overrides", "--events", "--cfg", "--json"],
     "check": ["dataset", "--splits", "--json"],
     "train": ["overrides", "--data", "--out", "--multirun", "--cfg", "--resume"],

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from field_drives import HEIGHT, WIDTH, Rows, camera_drive, header, likeness, picture, raw, rows_of
 from hashes import hashes
+from ingesting import ingested as ingest_report
 from noted import noted
 
+from navtool.datasets.inspect.inspection import inspect_recording
 from navtool.datasets.robot.config import PictureSettings, RobotConfig
 
 type Make = Callable[..., Any]
@@ -172,3 +174,13 @@ def test_colours_of_compressed_pictures(
     assert_each_row_shows_its_own(rows)
     assert np.abs(rows.pictures[3].astype(int) - picture(3)).mean() < 12
     assert [note.code for note in rows.notes if note.code.startswith("image.")] == codes
+
+
+def test_inspect_says_the_same_of_pictures_before_anything_is_written(recording_writer: Make, tmp_path: Path) -> None:
+    recording = recording_writer(
+        tmp_path, "mcap", camera_drive(lambda k, t: raw(t, grey(k) * 3 + 7076, "mono16", step=0))
+    )
+    planned = ingest_report(recording, tmp_path / "out", dry_run=True)
+    seen = inspect_recording(recording).notes
+    for code in ("image.range", "image.size-misfit"):
+        assert noted(seen, code) == noted(planned.episodes[0].notes, code) != []
