@@ -14,7 +14,7 @@ from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.store.reader import NavDataset
-from navtool.datasets.store.schema import IMAGE_KEY, POINTS_KEY
+from navtool.datasets.store.schema import IMAGE_KEY
 
 BAR = 5.0
 
@@ -29,7 +29,7 @@ def main() -> None:
         ours = NavDataset(folder / "out")
         theirs = LeRobotDataset("local/bench", root=folder / "out", video_backend="pyav")
         rows = cycle(np.random.default_rng(0).permutation(len(ours)).tolist())
-        small = [key for key in ours.features if key not in (POINTS_KEY, IMAGE_KEY)]
+        small = [key for key in ours.features if key != IMAGE_KEY]
 
         def read() -> object:
             row = next(rows)

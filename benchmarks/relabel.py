@@ -20,7 +20,7 @@ from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.store.data_file import write_data
 from navtool.datasets.store.reader import NavDataset
 from navtool.datasets.store.replace import entry_stats
-from navtool.datasets.store.schema import IMAGE_KEY, POINTS_KEY
+from navtool.datasets.store.schema import IMAGE_KEY
 from navtool.datasets.store.staged_episode import EpisodeFolder
 from navtool.datasets.store.writer import open_store
 
@@ -64,15 +64,14 @@ def main() -> None:
 def multiply(source: Path, out: Path) -> tuple[int, int]:
     """A data set of many episodes alike out of one of a single episode: its rows and the bytes of its data files."""
     one = NavDataset(source)
-    columns = {key: one.column(key).copy() for key in one.features if key not in (POINTS_KEY, IMAGE_KEY)}
-    points = np.stack([one.points(row) for row in range(len(one))])
+    columns = {key: one.column(key).copy() for key in one.features if key != IMAGE_KEY}
     stats = entry_stats(one.layout.episode_meta(0))
     with open_store(out) as store:
         while store.rows < ROWS:
             folder = EpisodeFolder(store.layout.staging, store.numbering(None), len(one), stats)
             columns["index"] = np.arange(len(one), dtype=np.int64) + folder.numbering.index_from
             columns["episode_index"] = np.full(len(one), folder.numbering.episode_index, np.int64)
-            write_data(folder.data, one.features, columns, [points])
+            write_data(folder.data, one.features, columns)
             shutil.copy(one.layout.video(0), folder.video(IMAGE_KEY))
             shutil.copytree(one.layout.episode(0), folder.beside, ignore=shutil.ignore_patterns("clouds"))
             name = f"{store.episodes:064x}"

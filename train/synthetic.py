@@ -74,9 +74,9 @@ class SyntheticSource:
         ahead = np.minimum(within[:, None] + np.arange(HORIZON_STEPS), per_episode)
         return {
             "observation.state": state.astype(np.float32),
-            "observation.lidar.count": np.full(rows, self._config.points, dtype=np.int64),
-            "observation.reliability.camera": rng.uniform(0.4, 0.9, rows).astype(np.float32),
-            "observation.reliability.cloud": rng.uniform(0.2, 0.5, rows).astype(np.float32),
+            "lidar.count": np.full(rows, self._config.points, dtype=np.int64),
+            "reliability.camera": rng.uniform(0.4, 0.9, rows).astype(np.float32),
+            "reliability.cloud": rng.uniform(0.2, 0.5, rows).astype(np.float32),
             "valid.camera": np.ones(rows, dtype=np.bool_),
             "valid.lidar": np.ones(rows, dtype=np.bool_),
             "valid.state": np.ones(rows, dtype=np.bool_),

@@ -8,7 +8,7 @@ from navtool.base.errors import DatasetsError
 from navtool.base.files import read_json
 from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, short
 from navtool.datasets.store.reader import NavDataset
-from navtool.datasets.store.schema import TIMESTAMP_NS_KEY, arrow_schema
+from navtool.datasets.store.schema import STAMP_KEY, arrow_schema
 
 
 def check_metadata(dataset: NavDataset) -> Findings:
@@ -19,8 +19,11 @@ def check_metadata(dataset: NavDataset) -> Findings:
         yield Severity.FAIL, where, f"counts {info.get('total_frames')} rows, the episodes have {len(dataset)}"
     if info.get("fps") != dataset.fps:
         yield Severity.FAIL, where, f"says {info.get('fps')} fps, navtool/dataset.json {dataset.fps}"
-    if info.get("features") != {key: feature.to_json(dataset.fps) for key, feature in dataset.features.items()}:
-        yield Severity.FAIL, where, "lists other columns than this schema version has"
+    listed = info.get("features")
+    if listed != {key: feature.to_json(dataset.fps) for key, feature in dataset.features.items()}:
+        gone = [key for key in dataset.features if key not in listed] if isinstance(listed, dict) else []
+        lacks = f": {', '.join(gone)} are gone" if gone else ""
+        yield Severity.FAIL, where, f"lists other columns than this schema version has{lacks}"
     stats = read_json(dataset.layout.stats, "")
     index = stats.get("index")
     if isinstance(index, dict) and index.get("count") != [len(dataset)]:
@@ -72,7 +75,7 @@ def check_counters(dataset: NavDataset) -> Findings:
     index = dataset.column("index")
     if not np.array_equal(index, np.arange(len(dataset))):
         yield Severity.FAIL, "index", "does not count the rows"
-    stamps, seconds = dataset.column(TIMESTAMP_NS_KEY), dataset.column("timestamp")
+    stamps, seconds = dataset.column(STAMP_KEY), dataset.column("timestamp")
     frames, numbers = dataset.column("frame_index"), dataset.column("episode_index")
     for episode in dataset.episodes:
         rows = slice(episode.start, episode.stop)

@@ -13,8 +13,8 @@ from navtool.datasets.store.schema import (
     IMU_KEY,
     POSE_KEY,
     PROPRIOCEPTION_KEY,
+    STAMP_KEY,
     STATE_KEY,
-    TIMESTAMP_NS_KEY,
     Contents,
 )
 from navtool.datasets.streams.config import StreamSync, SyncConfig
@@ -51,7 +51,7 @@ def small_columns(
         current_sign: Sign that a discharging current has in the recording; in the column it is positive.
     """
     ticks = ticks_ns.size
-    out = SmallColumns({TIMESTAMP_NS_KEY: ticks_ns}, [])
+    out = SmallColumns({STAMP_KEY: ticks_ns}, [])
     _state(out, ticks_ns, streams.get("odometry"), config.odometry)
     _action(out, ticks_ns, streams.get("command"), config.command)
     if contents.imu:

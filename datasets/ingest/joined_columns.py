@@ -18,7 +18,7 @@ def joined_columns(
     numbering: Numbering,
     fps: int,
 ) -> dict[str, Column]:
-    """The columns by key, clouds apart; a tick whose image or cloud was lost is not valid."""
+    """The columns by key; a tick whose image or cloud was lost is not valid."""
     columns = {key: values.copy() for key, values in plan.columns.items()}
     columns |= _unread_columns(plan) | _counters(int(plan.ticks_ns.size), numbering, fps)
     for segment, result in zip(segments, results, strict=True):

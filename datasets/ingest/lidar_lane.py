@@ -1,7 +1,5 @@
 """LiDAR clouds on their way into a segment's rows and into the file of whole clouds."""
 
-from typing import BinaryIO
-
 import numpy as np
 from jaxtyping import Float32
 
@@ -11,22 +9,22 @@ from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.lane import Lane
 from navtool.datasets.ingest.segment import Segment
 from navtool.datasets.recording import RawMessage
+from navtool.datasets.store.row_points import PointsFile
 from navtool.datasets.store.schema import CLOUD_RELIABILITY_KEYS, CLOUD_SIZE, COUNT_KEY
 from navtool.datasets.store.sidecar import CloudFile
-from navtool.datasets.store.stats import CloudStats
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.cloud_reliability import cloud_reliability
 from navtool.pipeline.downsample import fixed_size_cloud
 
-type Points = Float32[Array, "10000 3"]
+type Points = Float32[Array, "n 3"]
 
-_NO_POINTS: Points = np.zeros((CLOUD_SIZE, 3), dtype=np.float32)
+_NO_POINTS: Points = np.zeros((0, 3), dtype=np.float32)
 
 
 class LidarLane(Lane):
     """Keeps clouds whole, judges them as they were recorded, and thins them in the base frame for the rows.
 
-    Whole clouds are compressed and written in the thread beside. Where the rows have no clouds, ``points`` is None and
+    All clouds are compressed and written in the thread beside. Where the rows have no clouds, ``points`` is None and
     they are kept whole alone.
     """
 
@@ -34,19 +32,18 @@ class LidarLane(Lane):
         self,
         stream: str,
         segment: Segment,
-        points: BinaryIO | None,
+        points: PointsFile | None,
         clouds: CloudFile | None,
         config: IngestConfig,
         beside: Background,
     ) -> None:
         super().__init__(stream, segment.parts.get(stream), segment.ticks, CLOUD_RELIABILITY_KEYS)
-        self.stats = CloudStats()
         self.points_nonfinite = 0
         self.not_deskewed = 0
         self._segment, self._config = segment, config
         self._file, self._clouds, self._beside = points, clouds, beside
         self._counts = np.zeros(segment.ticks, dtype=np.int64)
-        self._thinned: dict[int, tuple[Points, int]] = {}
+        self._thinned: dict[int, Points] = {}
 
     def finish(self) -> None:
         """Write what is left; ticks whose cloud never came have none."""
@@ -66,20 +63,16 @@ class LidarLane(Lane):
             self._beside.call(self._clouds.add, sample, stamp_ns, raw.record_ns, serves)
         if ticks and self._file is not None:
             self._set_reliability(ticks, cloud_reliability(sample.xyz, sample.ring, self._config.cloud_reliability))
-            points, kept = self._in_base_frame(sample, stamp_ns)
-            self._counts[ticks] = kept
+            points = self._in_base_frame(sample, stamp_ns)
+            self._counts[ticks] = len(points)
             for tick in ticks:
-                self._thinned[tick] = points, kept
+                self._thinned[tick] = points
 
     def _write(self, tick: int) -> None:
-        if self._file is None:
-            return
-        points, kept = self._thinned.pop(tick, (_NO_POINTS, 0))
-        self._file.write(points.data)
-        if kept:
-            self.stats.add(points[:kept])
+        if self._file is not None:
+            self._beside.call(self._file.add, self._thinned.pop(tick, _NO_POINTS))
 
-    def _in_base_frame(self, cloud: PointCloud, stamp_ns: int) -> tuple[Points, int]:
+    def _in_base_frame(self, cloud: PointCloud, stamp_ns: int) -> Points:
         columns = np.ascontiguousarray(cloud.xyz.T)
         time_s = cloud.time_s
         x, y, z = columns
@@ -92,7 +85,8 @@ class LidarLane(Lane):
             columns = pose[:3, :3].astype(np.float32) @ columns + pose[:3, 3:].astype(np.float32)
         if self._config.deskew:
             columns = self._deskewed(columns, time_s, stamp_ns)
-        return fixed_size_cloud(columns.T, CLOUD_SIZE, stamp_ns, self._config.voxel_m)
+        points, kept = fixed_size_cloud(columns.T, CLOUD_SIZE, stamp_ns, self._config.voxel_m)
+        return points[:kept]
 
     def _deskewed(
         self, columns: Float32[Array, "3 n"], time_s: Float32[Array, " n"] | None, stamp_ns: int

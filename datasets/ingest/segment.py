@@ -13,14 +13,15 @@ from navtool.datasets.decode.picture_view import AS_RECORDED, PictureView
 from navtool.datasets.ingest.large_stream import LargeStream
 from navtool.datasets.ingest.odd_messages import OddMessages
 from navtool.datasets.ingest.plan import EpisodePlan
-from navtool.datasets.store.stats import CloudStats, ImageStats
+from navtool.datasets.store.row_points import ROWS_PER_PART, points_part
+from navtool.datasets.store.stats import ImageStats
 from navtool.datasets.streams.motion import Motion
 from navtool.datasets.streams.table import sensor_of
 from navtool.datasets.streams.video_survey import VideoSurvey
 from navtool.pipeline.arrays import Array
 
-TICKS_PER_SEGMENT = 512
-"""A multiple of the rows of a row group, so that none spans two segments."""
+TICKS_PER_SEGMENT = ROWS_PER_PART
+"""A segment writes a file of the rows' points whole."""
 
 _SWEEP_NS = 1_000_000_000
 """No sweep lasts longer."""
@@ -94,7 +95,6 @@ class SegmentResult:
     """Clouds that were to be compensated for the robot's motion and could not be."""
     images: dict[str, ImageStats] = field(default_factory=dict)
     """By camera."""
-    clouds: CloudStats = field(default_factory=CloudStats)
     odd: list[OddMessages] = field(default_factory=list)
     """What was odd about its messages, by lane and recording."""
 
@@ -104,9 +104,9 @@ def video_part(folder: Path, stream: str, segment: int) -> Path:
     return folder / f"{stream}-{segment:05d}.mp4"
 
 
-def points_part(folder: Path, segment: int) -> Path:
-    """The segment's clouds of fixed size: float32, (ticks, 10000, 3), nothing else."""
-    return folder / f"points-{segment:05d}.f32"
+def row_points_part(folder: Path, segment: int) -> Path:
+    """The points of the segment's rows."""
+    return points_part(folder / "episode" / "points", segment)
 
 
 def clouds_part(folder: Path, stream: str, segment: int) -> Path:

@@ -10,9 +10,10 @@ from navtool.datasets.ingest.camera_lane import CameraLane
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.lidar_lane import LidarLane
 from navtool.datasets.ingest.odd_messages import OddMessages
-from navtool.datasets.ingest.segment import Segment, SegmentResult, clouds_part, points_part, video_part
+from navtool.datasets.ingest.segment import Segment, SegmentResult, clouds_part, row_points_part, video_part
 from navtool.datasets.recording import Recording
 from navtool.datasets.recording.changed import changed_meanwhile
+from navtool.datasets.store.row_points import PointsFile
 from navtool.datasets.store.sidecar import CloudFile
 from navtool.datasets.store.video import VideoWriter
 from navtool.datasets.streams.table import row_of
@@ -88,7 +89,7 @@ def _lidar_lane(
     stream: str, segment: Segment, config: IngestConfig, folder: Path, files: ExitStack, beside: Background
 ) -> LidarLane:
     wanted, there = stream in segment.in_rows, stream in segment.parts
-    points = files.enter_context(points_part(folder, segment.number).open("wb")) if wanted else None
+    points = files.enter_context(PointsFile(row_points_part(folder, segment.number))) if wanted else None
     clouds = files.enter_context(CloudFile(clouds_part(folder, stream, segment.number))) if there else None
     return LidarLane(stream, segment, points, clouds, config, beside)
 
@@ -110,5 +111,5 @@ def _result(
         else:
             result.points_nonfinite[name] = lane.points_nonfinite
             if name in segment.in_rows:
-                result.clouds, result.not_deskewed = lane.stats, lane.not_deskewed
+                result.not_deskewed = lane.not_deskewed
     return result

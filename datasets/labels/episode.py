@@ -14,7 +14,7 @@ from navtool.datasets.labels.known import known_steps
 from navtool.datasets.labels.rules import FlagSignal, ImuSignal, RuleResult, Signals, apply_rules
 from navtool.datasets.labels.speed_ratio import speed_ratio
 from navtool.datasets.store.reader import Episode, NavDataset
-from navtool.datasets.store.schema import ACTION_KEY, HORIZON_STEPS, POSE_KEY, STATE_KEY, TIMESTAMP_NS_KEY
+from navtool.datasets.store.schema import ACTION_KEY, HORIZON_STEPS, POSE_KEY, STAMP_KEY, STATE_KEY
 from navtool.pipeline.arrays import Array
 
 
@@ -70,7 +70,7 @@ def episode_signals(dataset: NavDataset, episode: Episode) -> Signals:
     """What the rules look at, out of the data columns and the native streams."""
     rows = slice(episode.start, episode.stop)
     return Signals(
-        stamps_ns=dataset.column(TIMESTAMP_NS_KEY)[rows],
+        stamps_ns=dataset.column(STAMP_KEY)[rows],
         state=dataset.column(STATE_KEY)[rows],
         action=dataset.column(ACTION_KEY)[rows],
         pose=dataset.column(POSE_KEY)[rows],

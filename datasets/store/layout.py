@@ -77,6 +77,10 @@ class Layout:
         """Clouds, native streams, calibration, sync report and provenance of an episode."""
         return self.beside / "episodes" / f"episode-{episode:06d}"
 
+    def points(self, episode: int) -> Path:
+        """The folder of the clouds of the episode's rows."""
+        return self.episode(episode) / "points"
+
     def clouds(self, episode: int, lidar: str | None = None) -> Path:
         """The episode's whole clouds; of the first LiDAR unless a further one is named."""
         folder = self.episode(episode) / "clouds"

@@ -18,14 +18,15 @@ from navtool.datasets.robot.calibration import Calibration, read_calibration
 from navtool.datasets.store.description import read_description
 from navtool.datasets.store.journal import recover
 from navtool.datasets.store.layout import Layout
-from navtool.datasets.store.schema import CLOUD_SIZE, POINTS_KEY, arrow_schema, features_of, video_keys
-from navtool.datasets.store.whole_clouds import WholeCloud, read_whole_clouds, whole_cloud_stamps
+from navtool.datasets.store.row_points import of_fixed_size, points_part, read_points
+from navtool.datasets.store.schema import arrow_schema, features_of, video_keys
+from navtool.datasets.store.whole_clouds import WholeCloud, WholeClouds, read_whole_clouds, whole_cloud_stamps
 from navtool.datasets.streams.table import FRONT, SMALL
 from navtool.pipeline.arrays import Array
 
 _REBUILD = "run `navtool check` on it; ingest its recording again"
-_OPEN_FILES = 16
-"""Open data files and videos that a reader keeps."""
+_OPEN_FILES = 32
+"""Open files of rows and points, and videos, that a reader keeps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,11 +73,11 @@ class NavDataset:
         self._schema = arrow_schema(self.features)
         self.episodes = self._read_episodes()
         self._columns: dict[str, Shaped[Array, " rows *shape"]] = {}
-        self._files: OrderedDict[int, pq.ParquetFile] = OrderedDict()
-        self._last_group: tuple[tuple[int, int], Array] = (-1, -1), np.zeros((0, CLOUD_SIZE, 3), np.float32)
+        self._files: OrderedDict[Path, pq.ParquetFile] = OrderedDict()
         self._videos: OrderedDict[tuple[int, str], _Video] = OrderedDict()
-        self._large = (POINTS_KEY, *video_keys(self.features))
+        self._videos_of = video_keys(self.features)
         self._calibrations: dict[int, Calibration] = {}
+        self._whole: dict[int, WholeClouds] = {}
 
     def __reduce__(self) -> tuple[type["NavDataset"], tuple[Path]]:
         return (NavDataset, (self.root,))
@@ -86,14 +87,14 @@ class NavDataset:
         return self.episodes[-1].stop
 
     def column(self, name: str) -> Shaped[Array, " rows *shape"]:
-        """A column over all rows, kept in memory; read-only. Clouds and frames are read one at a time instead.
+        """A column over all rows, kept in memory; read-only. Clouds and images are read one at a time instead.
 
         Raises:
             DatasetsError: If there is no such column, or a file is damaged.
         """
         if name not in self._columns:
-            if name not in self.features or name in self._large:
-                known = ", ".join(key for key in self.features if key not in self._large)
+            if name not in self.features or name in self._videos_of:
+                known = ", ".join(key for key in self.features if key not in self._videos_of)
                 raise DatasetsError(f"has no column {name!r}", where=self.root, cure=f"known are {known}")
             parts = [self._read_column(episode, name) for episode in self.episodes]
             column = np.concatenate(parts)
@@ -102,24 +103,30 @@ class NavDataset:
         return self._columns[name]
 
     def points(self, row: int) -> Float32[Array, "10000 3"]:
-        """The cloud of a row in metres in the base frame; beyond ``observation.lidar.count`` its points repeat.
+        """The cloud of a row in metres in the base frame; beyond ``lidar.count`` its points repeat.
 
         Raises:
             DatasetsError: If the data set has no clouds, or the file is damaged.
             IndexError: If there is no such row.
         """
+        return of_fixed_size(self.distinct_points(row))
+
+    def distinct_points(self, row: int) -> Float32[Array, "n 3"]:
+        """The cloud of a row as `points` gives it, without repetitions.
+
+        Raises:
+            DatasetsError: As `points`.
+            IndexError: Likewise.
+        """
         episode = self.episode_of(row)
-        if POINTS_KEY not in self.features:
+        if not self.description.contents.lidar:
             raise DatasetsError("has no point clouds", where=self.root, cure="ingest recordings that have some")
-        file = self._data_file(episode)
-        group, offset = divmod(row - episode.start, file.metadata.row_group(0).num_rows)
-        if self._last_group[0] != (episode.index, group):
-            with _translated(self.layout.data(episode.index)):
-                clouds = file.read_row_group(group, columns=[POINTS_KEY], use_threads=False).column(0).combine_chunks()
-            flat = clouds.flatten().flatten().to_numpy(zero_copy_only=False)
-            self._last_group = (episode.index, group), flat.reshape(-1, CLOUD_SIZE, 3)
-        cloud: Array = self._last_group[1][offset]
-        return cloud
+        folder = self.layout.points(episode.index)
+        # Every part but the last has as many rows as the first.
+        part, within = divmod(row - episode.start, self._file(points_part(folder, 0)).num_row_groups)
+        path = points_part(folder, part)
+        with _translated(path):
+            return read_points(self._file(path), within)
 
     def image(self, row: int, camera: str = FRONT) -> UInt8[Array, "240 320 3"]:
         """The image of a row in RGB; black where ``valid.camera``, or that of the further camera, is false.
@@ -200,6 +207,22 @@ class NavDataset:
         with _translated(folder):
             yield from read_whole_clouds(folder, verify=self._verify)
 
+    def whole_cloud(self, row: int) -> WholeCloud | None:
+        """The first LiDAR's cloud that a row was made from, with all its points; None where it has none.
+
+        Raises:
+            DatasetsError: A file is damaged.
+            IndexError: If there is no such row.
+        """
+        episode = self.episode_of(row)
+        if not self.description.contents.lidar or not self.column("valid.lidar")[row]:
+            return None
+        folder = self.layout.clouds(episode.index)
+        with _translated(folder):
+            if episode.index not in self._whole:
+                self._whole[episode.index] = WholeClouds(folder)
+            return self._whole[episode.index].of_row(row - episode.start)
+
     def cloud_stamps(self, episode: int, lidar: str | None = None) -> Int64[Array, " clouds"]:
         """The times of an episode's whole clouds, in the order in which ``clouds`` gives them.
 
@@ -260,7 +283,7 @@ class NavDataset:
     def _read_column(self, episode: Episode, name: str) -> Shaped[Array, " rows *shape"]:
         path = self.layout.data(episode.index)
         with _translated(path):
-            table = self._data_file(episode).read(columns=[name], use_threads=False)
+            table = self._file(path).read(columns=[name], use_threads=False)
             if not table.schema.equals(pa.schema([self._schema.field(name)])):
                 raise DatasetsError(f"{name} has another type than the schema's", where=path, cure=_REBUILD)
             if table.num_rows != len(episode):
@@ -274,13 +297,12 @@ class NavDataset:
         # A vector of one named element, as of a robot with a battery and no joints, stays a vector.
         return values if self.features[name].names is None else values.reshape(-1, 1)
 
-    def _data_file(self, episode: Episode) -> pq.ParquetFile:
-        path = self.layout.data(episode.index)
+    def _file(self, path: Path) -> pq.ParquetFile:
         with _translated(path):
-            file = self._files.pop(episode.index, None) or pq.ParquetFile(
+            file = self._files.pop(path, None) or pq.ParquetFile(
                 path, memory_map=True, page_checksum_verification=self._verify
             )
-        self._files[episode.index] = file
+        self._files[path] = file
         _evict(self._files)
         return file
 
@@ -314,7 +336,7 @@ class _Video:
         self._container.close()
 
 
-def _evict(opened: OrderedDict[int, pq.ParquetFile] | OrderedDict[tuple[int, str], _Video]) -> None:
+def _evict(opened: OrderedDict[Path, pq.ParquetFile] | OrderedDict[tuple[int, str], _Video]) -> None:
     if len(opened) > _OPEN_FILES:
         _, oldest = opened.popitem(last=False)
         oldest.close()

@@ -1,7 +1,6 @@
 """Putting a new episode in the place of an old one of the same recording."""
 
 import shutil
-from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -49,8 +48,7 @@ def replace_episode(
         raise OutputError(f"cannot be written ({error.strerror})", where=where, cure="check the space") from error
     metas = [layout.episode_meta(episode) for episode in range(episodes)]
     each = [entry_stats(staged(meta) if staged(meta).exists() else meta) for meta in metas]
-    # One after the other, as episodes are added: sums in another order would differ in the last digit.
-    stats = reduce(lambda before, next_one: aggregate([before, next_one]), each)
+    stats = aggregate(each)
     write_json(staged(layout.stats), stats)
     write_json(staged(layout.info), info_of(description, episodes, total))
     commit(layout.root, [*targets, layout.stats, layout.info], remove=[layout.beside / "labels.json"])

@@ -11,6 +11,8 @@ from navtool.datasets.streams.table import FRONT, further, sensor_of
 
 SCHEMA_VERSION = 3
 """Raised whenever a column, a file or its meaning changes; readers refuse any other."""
+MIGRATED_VERSION = 2
+"""The older one that ``navtool migrate`` brings into this form."""
 
 CODEBASE_VERSION = "v3.0"
 """The LeRobot data set format that is written."""
@@ -27,15 +29,12 @@ ACTION_KEY = "action"
 POSE_KEY = "observation.pose"
 IMU_KEY = "observation.imu"
 PROPRIOCEPTION_KEY = "observation.proprioception"
-POINTS_KEY = "observation.lidar.points"
-COUNT_KEY = "observation.lidar.count"
-TIMESTAMP_NS_KEY = "observation.timestamp_ns"
-CAMERA_RELIABILITY_KEYS = tuple(
-    f"observation.reliability.{name}" for name in (("camera", "camera_brightness", "camera_corners"))
-)
-CLOUD_RELIABILITY_KEYS = tuple(f"observation.reliability.{name}" for name in ("cloud", "cloud_edge", "cloud_planar"))
+COUNT_KEY = "lidar.count"
+STAMP_KEY = "stamp_ns"
+CAMERA_RELIABILITY_KEYS = tuple(f"reliability.{name}" for name in ("camera", "camera_brightness", "camera_corners"))
+CLOUD_RELIABILITY_KEYS = tuple(f"reliability.{name}" for name in ("cloud", "cloud_edge", "cloud_planar"))
 DEFAULT_KEYS = ("timestamp", "frame_index", "episode_index", "index", "task_index")
-"""LeRobot's own columns: ``timestamp`` is frame_index / fps; the true time is ``observation.timestamp_ns``."""
+"""LeRobot's own columns: ``timestamp`` is frame_index / fps; the true time is ``stamp_ns``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,14 +147,13 @@ def features_of(contents: Contents) -> dict[str, Feature]:
         measured = (*joints, "battery_current_a")
         features[PROPRIOCEPTION_KEY] = Feature("float32", (len(measured),), measured)
     if contents.lidar:
-        features[POINTS_KEY] = Feature("float32", (CLOUD_SIZE, 3), ("point", "xyz_m"))
         features[COUNT_KEY] = Feature("int64", (1,))
     reliabilities = (
         *(key for stream in contents.camera_streams for key in camera_reliability_keys(stream)),
         *(CLOUD_RELIABILITY_KEYS if contents.lidar else ()),
     )
     features |= {key: Feature("float32", (1,)) for key in reliabilities}
-    features[TIMESTAMP_NS_KEY] = Feature("int64", (1,))
+    features[STAMP_KEY] = Feature("int64", (1,))
     features |= {f"sync.error_s.{stream}": Feature("float32", (1,)) for stream in contents.streams()}
     features |= {f"valid.{stream}": Feature("bool", (1,)) for stream in contents.streams()}
     features["label.outcome"] = Feature("int64", (1,))
@@ -183,15 +181,11 @@ def _arrow_type(feature: Feature) -> pa.DataType:
     }[feature.dtype]
     if feature.shape == (1,):
         return element
-    if len(feature.shape) == 1:
-        return pa.list_(element, feature.shape[0])
-    return pa.list_(pa.list_(element))
+    return pa.list_(element, feature.shape[0])
 
 
 def _hugging_face(feature: Feature) -> dict[str, object]:
     value = {"dtype": feature.dtype, "_type": "Value"}
     if feature.shape == (1,):
         return dict(value)
-    if len(feature.shape) == 1:
-        return {"feature": value, "length": feature.shape[0], "_type": "List"}
-    return {"shape": list(feature.shape), "dtype": feature.dtype, "_type": "Array2D"}
+    return {"feature": value, "length": feature.shape[0], "_type": "List"}

@@ -1,10 +1,11 @@
 """Statistics of columns in LeRobot's form: min, max, mean, std, count and quantiles, per episode and over all."""
 
 from collections.abc import Mapping, Sequence
+from functools import reduce
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Num, Shaped, UInt8
+from jaxtyping import Num, Shaped, UInt8
 
 from navtool.pipeline.arrays import Array
 
@@ -77,67 +78,15 @@ class ImageStats:
         return {name: value.reshape(3, 1, 1).tolist() for name, value in stats.items()} | {"count": [self.frames]}
 
 
-class CloudStats:
-    """Running statistics of clouds per coordinate over the real points, shapes (3,): padding does not count.
-
-    One value a coordinate broadcasts over (points, 3) and does not grow with the number of points. Minimum, maximum,
-    mean and deviation are exact; the quantiles are those of every 97th point.
-    """
-
-    def __init__(self) -> None:
-        self.low, self.high = np.full(3, np.inf), np.full(3, -np.inf)
-        self.total, self.squares = np.zeros(3), np.zeros(3)
-        self.points = 0
-        self.clouds = 0
-        self.sample: list[Float[Array, "sampled 3"]] = []
-
-    def add(self, xyz: Float[Array, "points 3"]) -> None:
-        """Count the real points of one cloud."""
-        self.clouds += 1
-        if len(xyz) == 0:
-            return
-        columns = np.ascontiguousarray(xyz.T, np.float64)  # sums over rows are ten times as fast
-        np.minimum(self.low, columns.min(axis=1), out=self.low)
-        np.maximum(self.high, columns.max(axis=1), out=self.high)
-        self.total += columns.sum(axis=1)
-        self.squares += np.einsum("ij,ij->i", columns, columns)
-        self.points += len(xyz)
-        self.sample.append(xyz[::97].copy())
-
-    def merge(self, other: "CloudStats") -> None:
-        """Count what the other has counted."""
-        np.minimum(self.low, other.low, out=self.low)
-        np.maximum(self.high, other.high, out=self.high)
-        self.total += other.total
-        self.squares += other.squares
-        self.points += other.points
-        self.clouds += other.clouds
-        self.sample += other.sample
-
-    def result(self) -> Stats:
-        """Statistics of what was counted; zeros when there was no point."""
-        if self.points == 0:
-            zeros: list[Any] = [0.0] * 3
-            return dict.fromkeys(("min", "max", "mean", "std", *QUANTILES), zeros) | {"count": [self.clouds]}
-        mean = self.total / self.points
-        stats = {
-            "min": self.low,
-            "max": self.high,
-            "mean": mean,
-            "std": np.sqrt(np.maximum(self.squares / self.points - mean**2, 0.0)),
-        }
-        quantiles = np.quantile(np.concatenate(self.sample), list(QUANTILES.values()), axis=0)
-        stats |= dict(zip(QUANTILES, quantiles, strict=True))
-        return {name: value.tolist() for name, value in stats.items()} | {"count": [self.clouds]}
-
-
 def aggregate(episodes: Sequence[Mapping[str, Stats]]) -> dict[str, Stats]:
     """The statistics of all episodes together, weighted by their counts.
 
-    Exact for all but the quantiles, which are the weighted means of the episodes' quantiles, as LeRobot's are.
+    Exact for all but the quantiles, which are the weighted means of the episodes' quantiles, as LeRobot's are. One
+    episode is added after the other: the result is the same, to the last digit, whether that happens at once or not.
     """
     keys = dict.fromkeys(key for episode in episodes for key in episode)
-    return {key: _merge([episode[key] for episode in episodes if key in episode]) for key in keys}
+    each = {key: [episode[key] for episode in episodes if key in episode] for key in keys}
+    return {key: reduce(lambda before, added: _merge([before, added]), parts) for key, parts in each.items()}
 
 
 def _merge(parts: Sequence[Stats]) -> Stats:

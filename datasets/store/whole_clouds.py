@@ -1,5 +1,6 @@
 """Clouds as they were recorded, read back from beside the rows."""
 
+from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,6 +40,29 @@ def whole_cloud_stamps(folder: Path) -> Int64[Array, " clouds"]:
     """The times of an episode's clouds in the order of record, on the clock of the grid."""
     parts = [pq.read_table(part, columns=["stamp_ns"]).column(0).to_numpy() for part in sorted(folder.glob("part-*"))]
     return np.concatenate([np.zeros(0, np.int64), *parts])
+
+
+class WholeClouds:
+    """The clouds of an episode by the rows that they serve."""
+
+    def __init__(self, folder: Path) -> None:
+        self._parts = sorted(folder.glob("part-*.parquet"))
+        first: list[tuple[int, int, int]] = []
+        for part, path in enumerate(self._parts):
+            served = pq.read_table(path, columns=["frame_index"]).column(0).to_pylist()
+            first += [(row, part, position) for position, row in enumerate(served) if row >= 0]
+        self._first = sorted(first)
+
+    def of_row(self, row: int) -> WholeCloud | None:
+        """The cloud that serves a row of the episode; None where none does."""
+        place = bisect_right(self._first, row, key=lambda served: served[0]) - 1
+        if place < 0:
+            return None
+        _, part, position = self._first[place]
+        with pq.ParquetFile(self._parts[part], memory_map=True) as file:
+            group, within = divmod(position, file.metadata.row_group(0).num_rows)
+            table = file.read_row_group(group, use_threads=False).slice(within, 1)
+            return _cloud(table.to_pylist()[0])
 
 
 def read_whole_clouds(folder: Path, *, verify: bool = False) -> Iterator[WholeCloud]:

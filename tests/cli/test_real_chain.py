@@ -78,7 +78,7 @@ def _look_at(dataset: NavDataset) -> None:
     gravity = np.linalg.norm(dataset.column("observation.imu")[dataset.column("valid.imu"), :3], axis=1)
     assert np.median(gravity) == pytest.approx(9.7, abs=0.4)
     # the photos are sharp and bright, the one RELLIS-3D cloud is the same throughout
-    assert (dataset.column("observation.reliability.camera")[dataset.column("valid.camera")] > 0.1).all()
+    assert (dataset.column("reliability.camera")[dataset.column("valid.camera")] > 0.1).all()
     calibration = dataset.calibration(0)
     assert calibration.camera is not None
     assert calibration.camera.fx == pytest.approx(2813.643275 / 6)

@@ -45,6 +45,12 @@ def _cut(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-40])
 
 
+def _flip(path: Path, place: int) -> None:
+    content = bytearray(path.read_bytes())
+    content[place] ^= 1
+    path.write_bytes(content)
+
+
 def _restream(root: Path, name: str, change: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
     path = Layout(root).episode(2) / "streams" / f"{name}.parquet"
     table = pq.read_table(path)
@@ -145,7 +151,7 @@ DAMAGE: dict[str, tuple[Damage, tuple[str, str], str]] = {
         "no statistics of",
     ),
     "wrong type": (
-        lambda root: _retype(root, "observation.reliability.camera", pa.float64()),
+        lambda root: _retype(root, "reliability.camera", pa.float64()),
         ("FAIL", "files"),
         "columns differ from the schema's",
     ),
@@ -188,12 +194,12 @@ DAMAGE: dict[str, tuple[Damage, tuple[str, str], str]] = {
         "frame_index does not count",
     ),
     "stamps": (
-        lambda root: _change(root, "observation.timestamp_ns", lambda v: v[::-1].copy()),
+        lambda root: _change(root, "stamp_ns", lambda v: v[::-1].copy()),
         ("FAIL", "counters"),
         "true stamps do not increase",
     ),
     "off the grid": (
-        lambda root: _change(root, "observation.timestamp_ns", lambda v: v + np.arange(len(v)) * 1000),
+        lambda root: _change(root, "stamp_ns", lambda v: v + np.arange(len(v)) * 1000),
         ("FAIL", "counters"),
         "not on the grid",
     ),
@@ -203,7 +209,7 @@ DAMAGE: dict[str, tuple[Damage, tuple[str, str], str]] = {
         "6 values are NaN or infinite",
     ),
     "reliability": (
-        lambda root: _change(root, "observation.reliability.camera", _at(3, 1.5)),
+        lambda root: _change(root, "reliability.camera", _at(3, 1.5)),
         ("FAIL", "values"),
         "1 values are outside 0 to 1",
     ),
@@ -213,9 +219,24 @@ DAMAGE: dict[str, tuple[Damage, tuple[str, str], str]] = {
         "other than 0 and 1",
     ),
     "more points than counted": (
-        lambda root: _change(root, "observation.lidar.count", _at(3, 2)),
+        lambda root: _change(root, "lidar.count", _at(3, 2)),
         ("FAIL", "clouds"),
-        "1 clouds hold more points than their count says",
+        "1 clouds have another number of points than lidar.count",
+    ),
+    "points cut": (
+        lambda root: _cut(Layout(root).points(1) / "part-00000.parquet"),
+        ("FAIL", "files"),
+        "cannot be opened",
+    ),
+    "points changed": (
+        lambda root: _flip(Layout(root).points(1) / "part-00000.parquet", 300),
+        ("FAIL", "clouds"),
+        "cannot be read",
+    ),
+    "points lost": (
+        lambda root: (Layout(root).points(1) / "part-00000.parquet").unlink(),
+        ("FAIL", "clouds"),
+        "cannot be read",
     ),
     "video cut": (lambda root: _cut(Layout(root).video(2)), ("FAIL", "video"), "cannot be decoded|frames instead"),
     "no video": (

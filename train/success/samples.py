@@ -68,9 +68,9 @@ class SampleDataset(Samples[Sample]):
             for name in (
                 "valid.camera",
                 "valid.lidar",
-                "observation.reliability.camera",
-                "observation.reliability.cloud",
-                "observation.lidar.count",
+                "reliability.camera",
+                "reliability.cloud",
+                "lidar.count",
             )
         )
         self._painters = {index: painter_of(source, index, config) for index in np.unique(windows.episode).tolist()}

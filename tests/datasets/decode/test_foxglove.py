@@ -174,7 +174,7 @@ def test_a_drive_in_foxglove_schemas_becomes_the_same_rows(
     assert report.episodes[0].topics["camera"] == "/camera/image_raw/compressed"
     ros, other = NavDataset(tmp_path / "ros"), NavDataset(tmp_path / "foxglove")
     assert len(ros) == len(other)
-    for column in ("observation.timestamp_ns", "observation.reliability.camera", "observation.reliability.cloud"):
+    for column in ("stamp_ns", "reliability.camera", "reliability.cloud"):
         np.testing.assert_array_equal(ros.column(column), other.column(column))
     np.testing.assert_array_equal(ros.points(7), other.points(7))
     np.testing.assert_array_equal(ros.image(7), other.image(7))

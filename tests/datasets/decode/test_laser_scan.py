@@ -149,14 +149,14 @@ def test_a_recording_with_a_planar_scanner_becomes_a_sound_data_set(
     assert not any("lidar points" in reason for reason in report.dropped), "a beam without a return is no lost point"
     dataset = NavDataset(out)
     assert dataset.column("valid.lidar")[2:].all()
-    kept = int(dataset.column("observation.lidar.count")[5])
+    kept = int(dataset.column("lidar.count")[5])
     points = dataset.points(5)[:kept]
     assert 100 < kept < 360, "the front half, one point a voxel"
     np.testing.assert_allclose(points[:, 2], 0.6, atol=1e-3)  # the scanner's height
     if not deskew:
         near_wall = np.minimum(np.abs(points[:, 0] - 4.0), np.abs(np.abs(points[:, 1]) - 3.0))
         assert near_wall.max() < 2e-3
-    assert dataset.column("observation.reliability.cloud")[5] > 0.5
+    assert dataset.column("reliability.cloud")[5] > 0.5
     (cloud, *_) = dataset.clouds(0)
     assert len(cloud.xyz) == 648
     assert cloud.ring is not None

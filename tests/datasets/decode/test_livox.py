@@ -189,7 +189,7 @@ def test_a_recording_with_a_livox_becomes_a_data_set(
         assert report.quarantined == []
         found.append(NavDataset(out))
     assert found[1].provenance()[0]["topics"]["lidar"] == "/livox/lidar"
-    for column in ("observation.lidar.count", "valid.lidar", "observation.reliability.cloud"):
+    for column in ("lidar.count", "valid.lidar", "reliability.cloud"):
         np.testing.assert_array_equal(found[0].column(column), found[1].column(column))
     for row in range(len(found[0])):
         np.testing.assert_array_equal(found[0].points(row), found[1].points(row))

@@ -115,4 +115,4 @@ def test_a_real_capture_gives_the_points_that_another_decoder_gave(recordings: P
     assert (intensity[nearest] == truth["intensity"])[near].mean() > 0.94
     report = ingest([next(folder.glob("*/"))], tmp_path / "out", RobotConfig(), IngestConfig())
     assert report.quarantined == []
-    assert NavDataset(tmp_path / "out").column("observation.lidar.count").min() > 1000
+    assert NavDataset(tmp_path / "out").column("lidar.count").min() > 1000

@@ -52,7 +52,7 @@ def test_a_gap_stays_in_its_episode_and_is_marked(write_recording: Write, drive_
     assert valid[:9].all()
     assert valid[17:].all()
     assert len(dataset.episodes) == 1
-    assert not dataset.column("observation.lidar.count")[~valid].any()
+    assert not dataset.column("lidar.count")[~valid].any()
 
 
 def test_undecodable_messages_are_counted_and_marked(

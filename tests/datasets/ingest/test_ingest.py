@@ -55,7 +55,7 @@ def test_values_are_those_of_the_drive(write_recording: Write, drive_entries: Dr
     proprioception = dataset.column("observation.proprioception")[5]
     np.testing.assert_allclose(proprioception, [2.5, 5.0, 5.0, 10.0, 1.0, 2.0, 4.0], atol=1e-5)
     np.testing.assert_allclose(dataset.column("observation.imu")[5], [0, 0, 9.81, 0, 0, 0], atol=1e-5)
-    assert np.diff(dataset.column("observation.timestamp_ns")).tolist() == [100_000_000] * 29
+    assert np.diff(dataset.column("stamp_ns")).tolist() == [100_000_000] * 29
     np.testing.assert_allclose(dataset.column("sync.error_s.lidar")[:29], 0.02, atol=1e-6)
     assert (dataset.column("label.outcome") == 1).all()
     assert not dataset.column("label.known").any()
@@ -86,7 +86,7 @@ def test_clouds_lie_in_the_robot_frame_in_front_and_whole_beside(
     out = tmp_path / "out"
     ingested([write_recording("mcap", drive_entries())], out)
     dataset = NavDataset(out)
-    counts = dataset.column("observation.lidar.count")
+    counts = dataset.column("lidar.count")
     points = dataset.points(3)[: counts[3]]
     assert counts[3] > 100
     assert (points[:, 0] >= 0).all()
@@ -173,7 +173,7 @@ def test_what_the_rows_have_no_column_for_is_kept_beside_them(
     assert len(report.episodes) == 2
     assert noted(report.episodes[1].notes, "contents.left-out")[0].startswith("lidar, imu: ")
     dataset = NavDataset(tmp_path / "out")
-    assert "observation.lidar.points" not in dataset.features
+    assert "lidar.count" not in dataset.features
     assert len(list(dataset.clouds(0))) == 0
     clouds = list(dataset.clouds(1))
     assert len(clouds) == 20

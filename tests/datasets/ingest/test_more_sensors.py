@@ -62,7 +62,7 @@ def test_every_container_gives_the_same_cameras_and_clouds(
     assert list(found.features) == list(expected.features)
     for row in (0, 11, 29):
         np.testing.assert_array_equal(found.image(row, "rear"), expected.image(row, "rear"))
-    for key in ("valid.camera.rear", "sync.error_s.camera.rear", "observation.reliability.camera.rear"):
+    for key in ("valid.camera.rear", "sync.error_s.camera.rear", "reliability.camera.rear"):
         np.testing.assert_array_equal(found.column(key), expected.column(key), err_msg=key)
     clouds, same = list(found.clouds(0, "rear")), list(expected.clouds(0, "rear"))
     assert len(clouds) == len(same) == 15
@@ -81,7 +81,7 @@ def test_the_second_camera_has_its_own_columns_values_and_pose(both: Path, drive
         raw = _rgb(recorded[row]["data"])
         whole, brightness, corners = image_reliability(raw, ImageReliabilityConfig())
         found = [
-            dataset.column(f"observation.reliability.{name}.rear")[row]
+            dataset.column(f"reliability.{name}.rear")[row]
             for name in ("camera", "camera_brightness", "camera_corners")
         ]
         np.testing.assert_allclose(found, [whole, brightness, corners], rtol=1e-6)
@@ -136,9 +136,9 @@ def test_the_first_sensors_are_as_without_others(
     one, two = NavDataset(tmp_path / "one"), NavDataset(both)
     assert set(two.features) - set(one.features) == {
         "observation.images.rear",
-        "observation.reliability.camera.rear",
-        "observation.reliability.camera_brightness.rear",
-        "observation.reliability.camera_corners.rear",
+        "reliability.camera.rear",
+        "reliability.camera_brightness.rear",
+        "reliability.camera_corners.rear",
         "sync.error_s.camera.rear",
         "valid.camera.rear",
     }
@@ -197,7 +197,7 @@ def test_a_recording_without_them_is_refused_or_taken_as_not_valid(
     dataset = NavDataset(tmp_path / "out")
     rows = slice(dataset.episodes[1].start, dataset.episodes[1].stop)
     assert not dataset.column("valid.camera.rear")[rows].any()
-    assert not dataset.column("observation.reliability.camera.rear")[rows].any()
+    assert not dataset.column("reliability.camera.rear")[rows].any()
     assert not dataset.image(rows.start, "rear").any()
     assert list(dataset.clouds(1, "rear")) == []
     assert check_dataset(tmp_path / "out").passed

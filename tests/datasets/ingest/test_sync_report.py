@@ -120,7 +120,7 @@ def test_the_method_of_a_stream_can_be_set(write_recording: Write, drive_entries
         valid, error_s = dataset.column(f"valid.{name}"), dataset.column(f"sync.error_s.{name}")
         assert valid.sum() > 30
         assert (error_s[valid] <= 0).all(), "nothing of the future"
-    ticks = dataset.column("observation.timestamp_ns")
+    ticks = dataset.column("stamp_ns")
     joints = dataset.stream(0, "joints")
     assert joints is not None
     newest = np.searchsorted(joints["stamp_ns"], ticks, side="right") - 1
@@ -157,7 +157,7 @@ def test_motion_is_taken_out_of_clouds_with_point_times(
     assert not noted(plain.episodes[0].notes, "lidar.not-deskewed")
     moved, still = (NavDataset(tmp_path / name).points(8) for name in ("out", "plain"))
     # At 1 m/s what was seen 0.1 s before the stamp is 0.1 m nearer at the stamp.
-    counts = [int(NavDataset(tmp_path / name).column("observation.lidar.count")[8]) for name in ("out", "plain")]
+    counts = [int(NavDataset(tmp_path / name).column("lidar.count")[8]) for name in ("out", "plain")]
     moved, still = moved[: counts[0]], still[: counts[1]]
     distance = np.abs(moved[:, None] - (still[None] - [0.1, 0.0, 0.0])).sum(axis=2).min(axis=1)
     assert np.quantile(distance, 0.95) < 0.002

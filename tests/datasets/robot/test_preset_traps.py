@@ -100,7 +100,7 @@ def test_clouds_are_compensated_towards_their_stamp(
     angle = np.linspace(-np.pi, np.pi, POINTS, endpoint=False)
     row = 5
     for dataset, by_m in ((still, 0.0), (moved, shift)):
-        points = dataset.points(row)[: dataset.column("observation.lidar.count")[row]].astype(np.float64)
+        points = dataset.points(row)[: dataset.column("lidar.count")[row]].astype(np.float64)
         xyz = np.column_stack([8 * np.cos(angle) + by_m, 8 * np.sin(angle), np.linspace(-0.5, 1, POINTS) + 0.6])
         in_front = xyz[xyz[:, 0] >= 0]
         assert len(points) == len(in_front)

@@ -44,7 +44,7 @@ def test_a_preset_reads_the_recordings_of_its_robot(
     if "lidar" in topics:
         assert dataset.calibration(0).base_lidar is not None
         assert dataset.column("valid.lidar")[2:].all()
-        assert dataset.column("observation.lidar.count")[2:].min() > 50
+        assert dataset.column("lidar.count")[2:].min() > 50
     if "battery" in topics:
         current = dataset.column("observation.proprioception")[5, -1]
         assert current == pytest.approx(DRAWN_A), "a discharging current is positive"

@@ -41,7 +41,6 @@ def test_upstream_reads_what_we_read(upstream: Any, labelled_dataset: Path) -> N
         item = upstream[row]
         image = np.rint(item["observation.images.front"].numpy().transpose(1, 2, 0) * 255).astype(np.uint8)
         np.testing.assert_array_equal(image, ours.image(row))
-        np.testing.assert_array_equal(item["observation.lidar.points"].numpy(), ours.points(row))
         for key, feature in ours.features.items():
             if feature.dtype != "video" and len(feature.shape) == 1 and key not in upstream.delta_timestamps:
                 found = item[key] if isinstance(item[key], str) else item[key].numpy()

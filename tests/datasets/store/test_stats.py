@@ -1,11 +1,10 @@
 """Statistics against direct computation; LeRobot's own stand in test_lerobot_oracle.py."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from navtool.datasets.store.stats import CloudStats, ImageStats, aggregate, column_stats
+from navtool.datasets.store.stats import ImageStats, aggregate, column_stats
 
 
 @settings(deadline=None)
@@ -36,22 +35,8 @@ def test_image_stats_are_those_of_the_thinned_pixels() -> None:
     assert found["count"] == [3]
 
 
-def test_cloud_stats_count_points_not_padding() -> None:
-    rng = np.random.default_rng(2)
-    clouds = [rng.normal(size=(size, 3)).astype(np.float32) for size in (100, 0, 900)]
-    stats = CloudStats()
-    for cloud in clouds:
-        stats.add(cloud)
-    every = np.concatenate(clouds).astype(np.float64)
-    found = stats.result()
-    np.testing.assert_allclose(found["mean"], every.mean(axis=0), atol=1e-9)
-    np.testing.assert_allclose(found["std"], every.std(axis=0), atol=1e-9)
-    assert found["count"] == [3]
-
-
-@pytest.mark.parametrize("empty", [ImageStats(), CloudStats()])
-def test_nothing_counted_gives_zeros(empty: ImageStats | CloudStats) -> None:
-    found = empty.result()
+def test_nothing_counted_gives_zeros() -> None:
+    found = ImageStats().result()
     assert found["count"] == [0]
     assert not np.any(found["mean"])
     merged = aggregate([{"x": found}, {"x": found}])["x"]

@@ -74,7 +74,7 @@ def test_what_was_driven_is_in_the_columns(ingested: Ingested) -> None:
     dataset = NavDataset(ingested.dataset)
     for column in ("observation.state", "action"):
         np.testing.assert_allclose(dataset.column(column)[2:], np.tile([0.8, 0.3], (len(dataset) - 2, 1)), atol=1e-4)
-    stamps = dataset.column("observation.timestamp_ns").ravel()
+    stamps = dataset.column("stamp_ns").ravel()
     assert START_NS <= stamps[0] < stamps[-1] <= START_NS + SECONDS * 1e9
 
 
@@ -148,7 +148,7 @@ def test_what_labels_call_failed_went_wrong(tiny: Callable[..., SimulationConfig
     label_dataset(tmp_path / "dataset", LabelConfig())
     dataset = NavDataset(tmp_path / "dataset")
     failed = dataset.column("label.outcome").ravel() == 0
-    stamps = dataset.column("observation.timestamp_ns").ravel()
+    stamps = dataset.column("stamp_ns").ravel()
     true = np.zeros(len(stamps), bool)
     for episode in report.episodes:
         for failure in episode.failures:

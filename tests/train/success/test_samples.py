@@ -37,8 +37,8 @@ def test_a_sample_holds_its_row() -> None:
     assert np.array_equal(sample.velocity.numpy(), source.column("observation.state")[35:41])
     assert np.array_equal(sample.target.numpy(), source.column("label.outcome")[40:50].astype(np.float32))
     assert sample.reliability.tolist() == [
-        source.column("observation.reliability.camera")[row],
-        source.column("observation.reliability.cloud")[row],
+        source.column("reliability.camera")[row],
+        source.column("reliability.cloud")[row],
     ]
 
 
