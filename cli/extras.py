@@ -8,6 +8,7 @@ if TYPE_CHECKING:
 _EXTRAS = {
     "train": ("lightning", "matplotlib", "safetensors", "tensorboard", "torch", "torchvision"),
     "sim": ("embreex", "mujoco"),
+    "lerobot": ("lerobot",),
     "sweep": ("hydra_plugins", "joblib", "optuna"),
 }
 

@@ -8,7 +8,9 @@ import typer
 from navtool.base.errors import NavtoolError
 from navtool.base.setting_error import SettingError
 from navtool.cli.check import check
+from navtool.cli.compact import compact
 from navtool.cli.console import print_error
+from navtool.cli.delete import delete
 from navtool.cli.demo import demo
 from navtool.cli.evaluate import evaluate
 from navtool.cli.export import export
@@ -17,7 +19,10 @@ from navtool.cli.ingest import ingest
 from navtool.cli.inspect import inspect
 from navtool.cli.intensity_map import intensity_map
 from navtool.cli.label import label
+from navtool.cli.merge import merge
+from navtool.cli.migrate import migrate
 from navtool.cli.simulate import simulate
+from navtool.cli.split import split
 from navtool.cli.train import train
 from navtool.cli.verify import verify
 
@@ -58,7 +63,10 @@ def options(
     logging.basicConfig(level=level, format="%(levelname)s %(name)s: %(message)s")
 
 
-for command in (inspect, ingest, label, check, train, evaluate, export, verify, intensity_map, simulate, demo):
+for command in (
+    *(inspect, ingest, label, check, delete, split, merge, compact, migrate),
+    *(train, evaluate, export, verify, intensity_map, simulate, demo),
+):
     app.command()(command)
 app.add_typer(fit)
 

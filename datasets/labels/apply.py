@@ -112,12 +112,8 @@ def _bag(dataset: NavDataset, episode: Episode) -> Bag:
 def _count(report: LabelReport, episode: Episode, labels: EpisodeLabels) -> None:
     report.add_rules(episode.index, labels.rules)
     report.add_reasons(labels.reasons)
-    outcome, known = labels.columns["label.outcome"], labels.columns["label.known"]
-    ahead = (np.arange(len(outcome))[:, None] + np.arange(known.shape[1])).clip(max=len(outcome) - 1)
-    report.failed_rows += int((outcome == 0).sum())
-    report.known_steps += int(known.sum())
-    report.all_steps += known.size
-    report.negatives += int((known & (outcome[ahead] == 0)).any(axis=1).sum())
+    known = labels.columns["label.known"]
+    report.add_rows(labels.columns["label.outcome"], known)
     ratio = labels.speed_ratio
     if ratio is not None and not 1 / SPEED_RATIO <= ratio <= SPEED_RATIO:
         what = (

@@ -3,9 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+from jaxtyping import Bool, Int64
+
 from navtool.base.note import Note
 from navtool.base.plain import plain_fields
 from navtool.datasets.labels.rules import RuleResult
+from navtool.pipeline.arrays import Array
 
 
 @dataclass(slots=True)
@@ -73,6 +77,14 @@ class LabelReport:
         """Count what the rules say of one episode."""
         for result in results:
             self.rules.setdefault(result.rule, RuleReport()).add(episode, result)
+
+    def add_rows(self, outcome: Int64[Array, " rows"], known: Bool[Array, "rows horizon"]) -> None:
+        """Count one episode's rows."""
+        ahead = (np.arange(len(outcome))[:, None] + np.arange(known.shape[1])).clip(max=len(outcome) - 1)
+        self.failed_rows += int((outcome == 0).sum())
+        self.known_steps += int(known.sum())
+        self.all_steps += known.size
+        self.negatives += int((known & (outcome[ahead] == 0)).any(axis=1).sum())
 
     def add_reasons(self, counts: Mapping[str, int]) -> None:
         """Count one episode's rows by reason."""

@@ -1,0 +1,47 @@
+"""A new data set in a folder, episode by episode, that is there whole or not at all."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from navtool.base.errors import DatasetsError
+from navtool.base.progress import Progress, Silent
+from navtool.datasets.store.writer import data_set_folder
+
+
+@dataclass(frozen=True, slots=True)
+class EditReport:
+    """A data set that was made."""
+
+    dataset: str
+    episodes: int
+    rows: int
+
+
+@contextmanager
+def new_folder(out: Path) -> Iterator[Path]:
+    """A folder to write into, which becomes ``out`` as a whole when it is left without an error.
+
+    Raises:
+        DatasetsError: Something is there already, or another process writes the same.
+        OutputError: It cannot be written.
+    """
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise DatasetsError("is there already", where=out, cure="name a new folder with --out")
+    with data_set_folder(out).staged() as staging:
+        yield staging
+
+
+def counted(progress: Progress | None, episodes: int) -> Callable[[str], None]:
+    """A function to call with the name of each episode that is done."""
+    shown, done = progress or Silent(), 0
+    shown.begin(episodes, episodes)
+
+    def count(name: str) -> None:
+        nonlocal done
+        done += 1
+        shown.advance(1, 0)
+        shown.done(done, name)
+
+    return count
