@@ -27,17 +27,19 @@ def parts_of_a_drive(
 ) -> Path:
     """A folder with the parts of one drive, tf_static in the first one alone, and no description."""
     entries = drive(count / 2, streams=STREAMS)
-    out = folder / name
+    out, made_in = folder / name, folder / f"{name}-made"
     out.mkdir(parents=True)
+    made_in.mkdir()
     for part in range(count):
         inside = [
             (topic, kind, record_ns + round(part * gap_s * 1e9), fields)
             for topic, kind, record_ns, fields in entries
             if part * 500_000_000 <= record_ns - START_NS < (part + 1) * 500_000_000
         ]
-        made = writer(folder.parent, container, inside, f"made-{name}-{part}")
+        made = writer(made_in, container, inside, f"made-{name}-{part}")
         file = made if made.is_file() else next(x for x in made.iterdir() if x.suffix in (".db3", ".mcap"))
         shutil.move(file, out / f"{name}_{part}{file.suffix}")
+    shutil.rmtree(made_in)
     return out
 
 

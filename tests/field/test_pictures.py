@@ -180,7 +180,7 @@ def test_inspect_says_the_same_of_pictures_before_anything_is_written(recording_
     recording = recording_writer(
         tmp_path, "mcap", camera_drive(lambda k, t: raw(t, grey(k) * 3 + 7076, "mono16", step=0))
     )
-    planned = ingest_report(recording, tmp_path / "out", dry_run=True)
+    planned = ingest_report([recording], tmp_path / "out", dry_run=True)
     seen = inspect_recording(recording).notes
     for code in ("image.range", "image.size-misfit"):
         assert noted(seen, code) == noted(planned.episodes[0].notes, code) != []

@@ -90,7 +90,7 @@ def test_every_byte_is_announced_once(tmp_path: Path) -> None:
 def test_the_json_has_the_promised_keys_and_only_plain_values(tmp_path: Path) -> None:
     path = write_imu_bag(tmp_path / "a.bag", [(SECOND, SECOND), (2 * SECOND, 2 * SECOND)])
     told = json.loads(json.dumps(inspect_recording(path).to_json(), allow_nan=False))
-    assert list(told) == ["path", "format", "start_ns", "end_ns", "messages", "topics", "topic_map", "faults"]
+    assert list(told) == ["path", "format", "start_ns", "end_ns", "messages", "topics", "topic_map", "faults", "notes"]
     assert (told["path"], told["format"], told["messages"]) == (str(path), "ros1", 4)
     assert (told["start_ns"], told["end_ns"]) == (SECOND, 2 * SECOND)
     assert {"name", "type", "count", "rate_hz", "gap_max_s"} <= set(told["topics"][0])
