@@ -8,7 +8,7 @@ from navtool.base.errors import DatasetsError
 from navtool.base.files import write_json
 from navtool.base.plain import flatten, plain_fields
 from navtool.base.progress import Progress
-from navtool.datasets.edit.new_data_set import EditReport, counted, new_folder
+from navtool.datasets.edit.new_data_set import EditReport, counted, new_folder, refuse_there
 from navtool.datasets.labels.summary import joint_summary
 from navtool.datasets.store.layout import Layout
 from navtool.datasets.store.reader import Episode, NavDataset
@@ -46,6 +46,8 @@ def in_parts(
     if twice := sorted({number for number in numbers if numbers.count(number) > 1}):
         what = f"episodes {', '.join(map(str, twice))} are named twice"
         raise DatasetsError(what, where=dataset.root, cure="name each in one part")
+    for name in chosen:
+        refuse_there(out / name)
     return [assemble([(dataset, e) for e in of_part], out / name, progress) for name, of_part in chosen.items()]
 
 

@@ -27,10 +27,19 @@ def new_folder(out: Path) -> Iterator[Path]:
         DatasetsError: Something is there already, or another process writes the same.
         OutputError: It cannot be written.
     """
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise DatasetsError("is there already", where=out, cure="name a new folder with --out")
+    refuse_there(out)
     with data_set_folder(out).staged() as staging:
         yield staging
+
+
+def refuse_there(out: Path) -> None:
+    """Do nothing where a new data set may be made.
+
+    Raises:
+        DatasetsError: Something is there already.
+    """
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise DatasetsError("is there already", where=out, cure="name a new folder with --out")
 
 
 def counted(progress: Progress | None, episodes: int) -> Callable[[str], None]:

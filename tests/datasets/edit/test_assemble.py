@@ -47,6 +47,14 @@ def test_parts_merged_again_are_the_data_set(labelled_dataset: Path, tmp_path: P
     assert check_dataset(tmp_path / "b").passed
 
 
+def test_no_part_is_made_where_one_cannot_be(labelled_dataset: Path, tmp_path: Path) -> None:
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "notes.txt").touch()
+    with pytest.raises(DatasetsError, match="is there already"):
+        in_parts(NavDataset(labelled_dataset), {"a": [0], "b": [1]}, tmp_path, None)
+    assert not (tmp_path / "a").exists()
+
+
 def test_labels_are_kept_with_their_settings_and_counted_anew(labelled_dataset: Path, tmp_path: Path) -> None:
     whole = NavDataset(labelled_dataset)
     without_episodes(whole, [0], tmp_path / "left", None)
