@@ -7,6 +7,7 @@ if TYPE_CHECKING:
 
 _EXTRAS = {
     "train": ("lightning", "matplotlib", "safetensors", "tensorboard", "torch", "torchvision"),
+    "draco": ("DracoPy",),
     "sim": ("embreex", "mujoco"),
     "lerobot": ("lerobot",),
     "sweep": ("hydra_plugins", "joblib", "optuna"),

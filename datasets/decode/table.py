@@ -6,6 +6,7 @@ from functools import cache
 from typing import Any
 
 from navtool.datasets.decode.channel_cloud import decode_channel_cloud
+from navtool.datasets.decode.compressed_cloud import decode_compressed_cloud
 from navtool.datasets.decode.compressed_image import decode_compressed_image
 from navtool.datasets.decode.foxglove import (
     decode_foxglove_calibration,
@@ -78,6 +79,8 @@ class Message:
     """Whether its clouds lie in one plane; proposed only where a recording has no other cloud."""
     video: bool = False
     """Whether its pictures need those of messages before."""
+    packed: bool = False
+    """Whether its clouds lost something when they were compressed: others of the same sensor are better."""
     own_definition: bool = False
     """Whether only a recording itself defines it; navtool brings no definition of a vendor's type."""
     unused: str = ""
@@ -106,6 +109,8 @@ _ROWS = (
     Message("sensor_msgs/msg/CameraInfo", decode_camera_info, ("camera_info",)),
     *_foxglove("CameraCalibration", decode_foxglove_calibration, proposed=("camera_info",)),
     Message("sensor_msgs/msg/PointCloud2", decode_point_cloud, ("lidar",)),
+    Message("point_cloud_interfaces/msg/CompressedPointCloud2", decode_compressed_cloud, ("lidar",), packed=True),
+    Message("draco_point_cloud_transport/msg/CompressedPointCloud2", decode_compressed_cloud, ("lidar",), packed=True),
     Message("velodyne_msgs/msg/VelodyneScan", decode_velodyne_scan, ("lidar",)),
     Message("livox_ros_driver/msg/CustomMsg", decode_livox, ("lidar",)),
     Message("livox_ros_driver2/msg/CustomMsg", decode_livox, ("lidar",)),

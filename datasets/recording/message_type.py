@@ -27,6 +27,12 @@ _DRIVERS_TYPES = {
         f"uint8[3] rsvd\n{package}/CustomPoint[] points"
         for package in LIVOX_PACKAGES
     },
+    **{
+        f"{package}/msg/CompressedPointCloud2": "std_msgs/Header header\nuint32 height\nuint32 width\n"
+        "sensor_msgs/PointField[] fields\nbool is_bigendian\nuint32 point_step\nuint32 row_step\n"
+        f"uint8[] compressed_data\nbool is_dense{more}"
+        for package, more in (("point_cloud_interfaces", "\nstring format"), ("draco_point_cloud_transport", ""))
+    },
     "ffmpeg_image_transport_msgs/msg/FFMPEGPacket": "std_msgs/Header header\nint32 width\nint32 height\n"
     "string encoding\nuint64 pts\nuint8 flags\nbool is_bigendian\nuint8[] data",
     "velodyne_msgs/msg/VelodynePacket": "builtin_interfaces/Time stamp\nuint8[1206] data",

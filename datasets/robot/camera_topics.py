@@ -2,7 +2,7 @@
 
 import re
 
-_TRANSPORTS = re.compile(r"/(compressed|compressedDepth|theora|ffmpeg|zstd)$")
+_TRANSPORTS = re.compile(r"/(compressed|compressedDepth|theora|ffmpeg|zstd|zlib|draco|cloudini)$")
 
 
 def camera_name(topic: str) -> str:

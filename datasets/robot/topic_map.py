@@ -180,8 +180,12 @@ def _best_by_name(stream: str, listed: Mapping[str, Topic], notes: list[Note]) -
 
 
 def _transport_rank(name: str, kind: str) -> int:
-    """Raw before compressed before video of the same camera: what was lost in encoding does not come back."""
-    return int(MESSAGES[kind].video) + int(kind != proposed_types("camera")[0] or camera_name(name) != name)
+    """Raw before compressed before video of the same sensor: what was lost in encoding does not come back."""
+    return (
+        int(MESSAGES[kind].video)
+        + 2 * int(MESSAGES[kind].packed)
+        + int(kind != proposed_types("camera")[0] or camera_name(name) != name)
+    )
 
 
 def _camera_info_of(stream: str, image: str | None, listed: Mapping[str, Topic], notes: list[Note]) -> str | None:

@@ -132,6 +132,12 @@ _MORE_TYPES = {
     "float32 voltage\nfloat32 current\nfloat32 state_of_charge\nuint8 status",
     "clearpath_platform_msgs/msg/Power": "std_msgs/Header header\nint8 battery_connected\n"
     "uint8 A200_CURRENTS_SIZE=3\nfloat32[] measured_voltages\nfloat32[] measured_currents",
+    **{
+        f"{package}/msg/CompressedPointCloud2": "std_msgs/Header header\nuint32 height\nuint32 width\n"
+        "sensor_msgs/PointField[] fields\nbool is_bigendian\nuint32 point_step\nuint32 row_step\n"
+        f"uint8[] compressed_data\nbool is_dense{more}"
+        for package, more in (("point_cloud_interfaces", "\nstring format"), ("draco_point_cloud_transport", ""))
+    },
     "ffmpeg_image_transport_msgs/msg/FFMPEGPacket": "std_msgs/Header header\nint32 width\nint32 height\n"
     "string encoding\nuint64 pts\nuint8 flags\nbool is_bigendian\nuint8[] data",
     "husky_msgs/msg/HuskyStatus": "std_msgs/Header header\nfloat64 mcu_and_user_port_current\n"

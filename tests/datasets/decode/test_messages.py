@@ -1,6 +1,7 @@
 """Every other message: what is written into its fields comes out, and nothing else."""
 
 import math
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -240,7 +241,7 @@ def test_plain_values(kind: str, value: Any, sample_type: type, decode: Make) ->
 
 
 IMAGE = {"width": 2, "height": 1, "encoding": "rgb8", "step": 6, "data": np.arange(6)}
-CLOUD = {
+CLOUD: dict[str, Any] = {
     "width": 2,
     "height": 1,
     "fields": [{"name": name, "offset": 4 * k, "datatype": 7, "count": 1} for k, name in enumerate("xyz")],
@@ -253,6 +254,13 @@ ANY_FIELDS: dict[str, dict[str, Any]] = {
     "sensor_msgs/msg/CompressedImage": {"format": "png", "data": cv2.imencode(".png", np.zeros((2, 3, 3)))[1]},
     "sensor_msgs/msg/PointCloud2": CLOUD,
     "sensor_msgs/msg/CameraInfo": CALIBRATION,
+    **{
+        f"{package}/msg/CompressedPointCloud2": {
+            **{name: value for name, value in CLOUD.items() if name != "data"},
+            "compressed_data": np.frombuffer(zlib.compress(CLOUD["data"].tobytes()), np.uint8),
+        }
+        for package in ("point_cloud_interfaces", "draco_point_cloud_transport")
+    },
     "ffmpeg_image_transport_msgs/msg/FFMPEGPacket": {
         "encoding": "hevc",
         "data": np.frombuffer(b"\0\0\0\1&\1", np.uint8),
