@@ -4,6 +4,7 @@ import os
 import resource
 import shutil
 import signal
+import sqlite3
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -154,3 +155,33 @@ def judged(sound: Path, file: str, seed: int, folder: Path) -> str:
     finally:
         shutil.rmtree(root)
     return f"{failed[0].check}: {failed[0].message}" if failed else PASSED
+
+
+SPECIAL = (0, 1, (1 << 31) - 1, (1 << 32) - 1, (1 << 63) - 1, (1 << 64) - 1, 0x7FF0 << 48, 0x7FF8 << 48, 0x7FEF << 48)
+"""Lengths and numbers at the ends of their ranges; the last three are infinity, NaN and almost the largest double."""
+
+
+def damage_messages(database: sqlite3.Connection, rng: np.random.Generator) -> None:
+    """Change one message, some or all of one topic, or of several."""
+    topics = [key for (key,) in database.execute("SELECT id FROM topics ORDER BY id")]
+    for topic in rng.choice(topics, int(rng.integers(1, 4)), replace=False).tolist():
+        query = "SELECT id, timestamp, data FROM messages WHERE topic_id = ? ORDER BY id"
+        messages = database.execute(query, (topic,)).fetchall()
+        share = rng.choice([0.0, 0.3, 1.0])
+        chosen = [row for row in messages if rng.random() < share] or [messages[int(rng.integers(len(messages)))]]
+        kind, place, bit = int(rng.integers(4)), rng.random(), int(rng.integers(63))
+        special, width = int(SPECIAL[int(rng.integers(len(SPECIAL)))]), int(rng.choice([4, 8]))
+        for key, time, data in chosen:
+            changed = bytearray(data)
+            at = 4 + int(place * (min(len(data), 100) if bit % 2 else len(data))) // width * width
+            match kind:
+                case 0:
+                    time ^= 1 << bit  # noqa: PLW2901 - as recorded but for this
+                case 1:
+                    changed[at : at + width] = (special % (1 << 8 * width)).to_bytes(width, "little")
+                case 2:
+                    del changed[at:]
+                case _:
+                    changed = bytearray(damaged(data, rng))
+            update = "UPDATE messages SET timestamp = ?, data = ? WHERE id = ?"
+            database.execute(update, (time, bytes(changed), key))

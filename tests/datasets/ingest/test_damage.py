@@ -170,7 +170,7 @@ def test_a_damaged_definition_of_a_fast_stream_costs_that_stream(
     path = write_recording("mcap", drive_entries())
     file = next(x for x in path.iterdir() if x.suffix == ".mcap")
     data = file.read_bytes()
-    for name in (b"MSG: geometry_msgs/TwistWithCovariance\n", b"MSG: geometry_msgs/msg/TwistWithCovariance\n"):
+    for name in (b"geometry_msgs/TwistWithCovariance twist", b"geometry_msgs/msg/TwistWithCovariance twist"):
         data = data.replace(name, name.replace(b"Covariance", b"Cavariance"))
     file.write_bytes(data)
     out = tmp_path / "out"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from damage import EPISODE, copies, damaged, in_limits, ingested
+from damage import EPISODE, copies, damage_messages, in_limits, ingested
 
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
@@ -75,36 +75,6 @@ def test_a_recording_of_damaged_messages_is_an_episode_or_has_a_reason(
     for path in paths:
         path.write_bytes(file.read_bytes())
         with sqlite3.connect(path) as database:
-            _damage_messages(database, rng)
+            damage_messages(database, rng)
         database.close()
     assert_reasons(told_of(paths, file))
-
-
-SPECIAL = (0, 1, (1 << 31) - 1, (1 << 32) - 1, (1 << 63) - 1, (1 << 64) - 1, 0x7FF0 << 48, 0x7FF8 << 48, 0x7FEF << 48)
-"""Lengths and numbers at the ends of their ranges; the last three are infinity, NaN and almost the largest double."""
-
-
-def _damage_messages(database: sqlite3.Connection, rng: np.random.Generator) -> None:
-    """Change one message, some or all of one topic, or of several."""
-    topics = [key for (key,) in database.execute("SELECT id FROM topics ORDER BY id")]
-    for topic in rng.choice(topics, int(rng.integers(1, 4)), replace=False).tolist():
-        query = "SELECT id, timestamp, data FROM messages WHERE topic_id = ? ORDER BY id"
-        messages = database.execute(query, (topic,)).fetchall()
-        share = rng.choice([0.0, 0.3, 1.0])
-        chosen = [row for row in messages if rng.random() < share] or [messages[int(rng.integers(len(messages)))]]
-        kind, place, bit = int(rng.integers(4)), rng.random(), int(rng.integers(63))
-        special, width = int(SPECIAL[int(rng.integers(len(SPECIAL)))]), int(rng.choice([4, 8]))
-        for key, time, data in chosen:
-            changed = bytearray(data)
-            at = 4 + int(place * (min(len(data), 100) if bit % 2 else len(data))) // width * width
-            match kind:
-                case 0:
-                    time ^= 1 << bit  # noqa: PLW2901 - as recorded but for this
-                case 1:
-                    changed[at : at + width] = (special % (1 << 8 * width)).to_bytes(width, "little")
-                case 2:
-                    del changed[at:]
-                case _:
-                    changed = bytearray(damaged(data, rng))
-            update = "UPDATE messages SET timestamp = ?, data = ? WHERE id = ?"
-            database.execute(update, (time, bytes(changed), key))

@@ -196,7 +196,7 @@ def test_damaged_names_and_definitions_cost_no_other_topic(change: str, told: st
 def test_a_damaged_message_names_topic_type_and_record_time(write_recording: Write) -> None:
     with open_recording(write_recording("mcap", entries())) as recording:
         (raw,) = recording.messages(["/note"])
-        for data in (b"", b"\0", raw.data[:7], raw.data[:-3], raw.data + bytes(8), b"\7" + raw.data[1:]):
+        for data in (b"", b"\0", raw.data[:7], raw.data[:-3], raw.data + bytes(80), b"\7" + raw.data[1:]):
             with pytest.raises(DatasetsError, match=r"/note \(std_msgs/msg/String\) at 2000000002 ns: the message"):
                 recording.decode(raw._replace(data=data))
         (imu, *_) = recording.messages(["/imu"])
