@@ -1,4 +1,4 @@
-"""Random reads of whole samples, cloud and frame included, against LeRobot's own reader on the same data set."""
+"""Random reads of whole samples, cloud and frame included, against LeRobot's reader with the same clouds."""
 
 import os
 import shutil
@@ -22,12 +22,12 @@ BAR = 5.0
 def main() -> None:
     folder = Path(tempfile.mkdtemp(prefix="navtool-bench-"))
     os.environ["HF_HOME"] = str(folder / "hf")
-    from lerobot.datasets.lerobot_dataset import LeRobotDataset  # noqa: PLC0415 - reads HF_HOME when it is imported
+    from navtool.train.lerobot_dataset import NavLeRobotDataset  # noqa: PLC0415 - LeRobot reads HF_HOME when imported
 
     try:
         ingest([write_bag(folder, "ros1", 0.4e9)], folder / "out", RobotConfig(), IngestConfig())
         ours = NavDataset(folder / "out")
-        theirs = LeRobotDataset("local/bench", root=folder / "out", video_backend="pyav")
+        theirs = NavLeRobotDataset(folder / "out", video_backend="pyav")
         rows = cycle(np.random.default_rng(0).permutation(len(ours)).tolist())
         small = [key for key in ours.features if key != IMAGE_KEY]
 

@@ -1,4 +1,4 @@
-"""Relabelling a data set of 37,000 rows with clouds: time and memory, against writing its files anew with pyarrow."""
+"""Relabelling a data set of 37,000 rows: time and memory, against writing its files anew with pyarrow."""
 
 import json
 import resource
@@ -41,7 +41,7 @@ def main() -> None:
         peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
         rewritten = len(json.loads(done.stdout)["rewritten"])
         peer = rewrite_all(folder / "many", folder / "copy.parquet")
-        what = f"relabel {rows} rows, {size / 1e9:.1f} GB, {rewritten} files, against pyarrow writing them anew"
+        what = f"relabel {rows} rows, {size / 1e6:.0f} MB, {rewritten} files, against pyarrow writing them anew"
         write_report(
             "relabel",
             [
@@ -73,7 +73,7 @@ def multiply(source: Path, out: Path) -> tuple[int, int]:
             columns["episode_index"] = np.full(len(one), folder.numbering.episode_index, np.int64)
             write_data(folder.data, one.features, columns)
             shutil.copy(one.layout.video(0), folder.video(IMAGE_KEY))
-            shutil.copytree(one.layout.episode(0), folder.beside, ignore=shutil.ignore_patterns("clouds"))
+            shutil.copytree(one.layout.episode(0), folder.beside, ignore=shutil.ignore_patterns("clouds", "points"))
             name = f"{store.episodes:064x}"
             store.commit(folder, one.description, one.provenance()[0] | {"sha256": name, "source": name})
         files = [store.layout.data(number) for number in range(store.episodes)]

@@ -42,6 +42,7 @@ def test_segments_join_to_the_same_rows(
     for row in (0, 15, 16, 17, 40, 49):
         difference = one.image(row).astype(int) - many.image(row).astype(int)
         assert np.abs(difference).mean() < 1.0
+        np.testing.assert_array_equal(one.points(row), many.points(row))
     assert check_dataset(tmp_path / "many").passed
 
 
