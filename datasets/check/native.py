@@ -9,6 +9,7 @@ from navtool.datasets.check.content import FROZEN_S
 from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, runs, short
 from navtool.datasets.robot.gravity import odd_gravity
 from navtool.datasets.store.reader import Episode, NavDataset
+from navtool.datasets.streams.rows import JOINT_KINDS
 from navtool.datasets.streams.table import STREAMS
 from navtool.pipeline.arrays import Array
 
@@ -48,7 +49,7 @@ def _as_written(schema: pa.Schema) -> bool:
 def _values(where: str, stream: str, stamps: Int64[Array, " n"], columns: dict[str, Array]) -> Findings:
     if not columns or stamps.size < 2:
         return
-    shares = {name: float(np.isnan(values).mean()) for name, values in columns.items()}
+    shares = {name: _lacking(stream, name, columns) for name in columns}
     if lacking := [f"{name} {share:.0%}" for name, share in shares.items() if share > 0]:
         yield Severity.WARN, where, f"NaN as recorded: {', '.join(lacking[:6])}{' and more' if lacking[6:] else ''}"
     if stream == "imu" and (odd := odd_gravity(np.column_stack([columns[name] for name in _ACCELERATION]))):
@@ -59,6 +60,16 @@ def _values(where: str, stream: str, stamps: Int64[Array, " n"], columns: dict[s
         longest = max(((stamps[end - 1] - stamps[first - 1]) * 1e-9 for first, end in runs(same)), default=0.0)
         if longest >= FROZEN_S:
             yield Severity.WARN, where, f"the measured values are frozen for {longest:.1f} s"
+
+
+def _lacking(stream: str, name: str, columns: dict[str, Array]) -> float:
+    """Share of a column's values that are NaN; a joint that a message does not name lacks none."""
+    lacking = np.isnan(columns[name])
+    if stream != "joints":
+        return float(lacking.mean())
+    joint = name.partition(".")[2]
+    named = ~np.all([np.isnan(columns[f"{kind}.{joint}"]) for kind in JOINT_KINDS], axis=0)
+    return float(lacking[named].mean()) if named.any() else 1.0
 
 
 def _clouds(dataset: NavDataset, episode: Episode, lidar: str | None) -> Findings:

@@ -181,16 +181,39 @@ def _joints(
     if stream is None:
         _absent(out, "joints", ticks_ns.size)
         return np.zeros((ticks_ns.size, width))
-    around = _around(stream, ticks_ns, sync)
-    values = around.linear(stream.values)
     missing = ~np.asarray(np.isfinite(stream.values).any(axis=0))
     unmeasured = [name for name, absent in zip(stream.recorded.columns, missing, strict=True) if absent]
     if unmeasured:
         what = f"joints: no value was ever recorded for {', '.join(unmeasured)}; they are 0"
         out.notes.append(Note("joints.never-measured", what))
-    usable = around.valid & np.isfinite(values[:, ~missing]).all(axis=1)
-    _mark(out, "joints", around, usable)
-    return np.where(usable[:, None] & np.isfinite(values), values, 0.0)
+    values = np.zeros((ticks_ns.size, width))
+    valid = np.ones(ticks_ns.size, dtype=np.bool_)
+    error_s: Array = np.zeros(ticks_ns.size)
+    for columns, messages in _publishers(stream, len(joint_names)):
+        stamps_ns = stream.time.stamps_ns[messages]
+        around = around_ticks(sync.method, stamps_ns, ticks_ns, sync.tolerance_s)
+        part = around.linear(stream.values[np.ix_(messages, columns)])
+        usable = around.valid & np.isfinite(part[:, ~missing[columns]]).all(axis=1)
+        values[:, columns] = np.where(usable[:, None] & np.isfinite(part), part, 0.0)
+        error_s = np.where(np.abs(around.error_s) > np.abs(error_s), around.error_s, error_s)
+        valid &= usable
+    out.values["valid.joints"] = valid
+    out.values["sync.error_s.joints"] = np.where(valid, error_s, 0.0).astype(np.float32)
+    return values
+
+
+def _publishers(stream: TimedStream, joints: int) -> list[tuple[Int64[Array, " c"], Int64[Array, " m"]]]:
+    """The columns of joints that come together, each with the messages that name them; joints that none names apart."""
+    columns: Array = np.arange(stream.values.shape[1])
+    present = stream.present
+    if present is None:
+        return [(columns, np.arange(len(stream.values)))]
+    patterns, of_joint = np.unique(present, axis=1, return_inverse=True)
+    return [
+        (columns[of_joint.reshape(-1)[columns % joints] == number], np.flatnonzero(pattern))
+        for number, pattern in enumerate(patterns.T)
+        if pattern.any()
+    ]
 
 
 def _battery(

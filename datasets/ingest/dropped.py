@@ -26,6 +26,7 @@ def dropped_messages(
     for name, time in grid.times.items():
         counts[f"{name}: stamp repeated"] = time.repeated
         counts[f"{name}: no stamp"] = time.unstamped
+        counts[f"{name}: of another source on its topic"] = found.streams[name].left_out
         if not is_large(name):
             counts[f"{name}: cannot be decoded"] = found.streams[name].undecodable
     counts |= {f"{name}: cannot be decoded": stream.undecodable for name, stream in found.unreadable.items()}

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Int64
+from jaxtyping import Bool, Int64
 
 from navtool.datasets.decode.picture_view import AS_RECORDED, PictureView
 from navtool.datasets.ingest.grid import Grid
@@ -37,6 +37,8 @@ class LargeStream:
     """Width and height of its first picture."""
     video: VideoSurvey | None = None
     """Where its video can be decoded from; None where each message is a picture by itself."""
+    kept: Bool[Array, " messages"] | None = None
+    """Which messages are this sensor's; None for all."""
 
 
 def large_streams(
@@ -73,7 +75,15 @@ def _large(name: str, stream: RecordedStream, grid: Grid, config: SyncConfig, vi
         episode_ticks.setdefault(int(time.order[match.index[tick]]), []).append(tick)
     stamps = dict(zip(time.order.tolist(), time.stamps_ns.tolist(), strict=True))
     return LargeStream(
-        stream.topic, stream.stamps[1], episode_ticks, stamps, match, view, stream.native_size, _sendable(stream.video)
+        stream.topic,
+        stream.stamps[1],
+        episode_ticks,
+        stamps,
+        match,
+        view,
+        stream.native_size,
+        _sendable(stream.video),
+        stream.kept,
     )
 
 

@@ -93,7 +93,7 @@ def plan_episode(
     """
     topics = usable_topics(recording, robot)
     joint_names = tuple(robot.joint_names) if fixed is None else fixed.joint_names
-    found = first_pass(recording, topics, joint_names, robot.joy, on_reached)
+    found = first_pass(recording, topics, joint_names, robot.joy, on_reached, robot.source_frames())
     if not grid_streams(found.streams):
         refuse_unreadable(found, grid_streams(found.unreadable))
     clocks = Clocks.of(found, config.sync)

@@ -17,6 +17,7 @@ def stream_faults(recording: Recording, found: FirstPass) -> list[Note]:
     return [
         *recovered_notes(recording),
         *found.topics.notes,
+        *found.notes,
         *(
             Note(
                 "stream.beyond-measure",

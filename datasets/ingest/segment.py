@@ -188,6 +188,8 @@ def _cut(stream: LargeStream, count: int) -> list[tuple[list[int], list[int]]]:
         for segment in dict.fromkeys(tick // TICKS_PER_SEGMENT for tick in ticks):
             serving[segment].append(position)
     home = np.maximum.accumulate(home)
+    if stream.kept is not None:
+        home[~stream.kept] = -1
     return [(serving[segment], np.flatnonzero(home == segment).tolist()) for segment in range(count)]
 
 

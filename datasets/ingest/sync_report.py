@@ -43,10 +43,11 @@ def sync_report(
         sync, column = config.of(name), in_rows(name)
         valid = columns.get(f"valid.{column}")
         errors = np.abs(columns[f"sync.error_s.{column}"][valid]) if valid is not None else np.zeros(0)
-        header_ns, record_ns = clocks.recorded_ns[name], clocks.record_ns[name]
+        header_ns, record_ns = clocks.as_recorded(name)
         streams[name] = {
             "topic": found.streams[name].topic,
             "messages": len(record_ns),
+            "other_sources": found.streams[name].left_out,
             "clock": time.source,
             "method": _method(name, sync),
             "tolerance_s": None if sync is None else sync.tolerance_s,
@@ -58,7 +59,7 @@ def sync_report(
             "repeated": time.repeated,
             "unstamped": time.unstamped,
             "undecodable": found.streams[name].undecodable,
-            "clock_steps": [_step(jump, time, header_ns, start_ns) for jump in clocks.jumps[name]],
+            "clock_steps": [_step(jump, time, clocks.recorded_ns[name], start_ns) for jump in clocks.jumps[name]],
             "ticks_served": None if valid is None else int(valid.sum()),
             "error_median_s": _rounded(np.median(errors)) if errors.size else None,
             "error_max_s": _rounded(errors.max()) if errors.size else None,
@@ -165,7 +166,7 @@ def _step(jump: Jump, time: StreamTime, header_ns: Int64[Array, " n"], start_ns:
 
 
 def _notes(name: str, time: StreamTime, clocks: Clocks) -> list[Note]:
-    jumps, header_ns, record_ns = clocks.jumps[name], clocks.recorded_ns[name], clocks.record_ns[name]
+    jumps, (header_ns, record_ns) = clocks.jumps[name], clocks.as_recorded(name)
     notes = [*time.notes, *clocks.notes(name)]
     if jumps:
         largest = max(jumps, key=lambda jump: abs(jump.by_ns)).by_ns * 1e-9

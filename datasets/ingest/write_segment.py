@@ -46,19 +46,21 @@ def write_segment(
         images, whole = stack.enter_context(Background()), stack.enter_context(Background())
         lanes = _lanes(segment, config, folder, files, whole)
         if segment.end_ns >= segment.start_ns:
-            topics = {part.topic: name for name, part in segment.parts.items()}
+            topics: dict[str, list[str]] = {}
+            for name, part in segment.parts.items():
+                topics.setdefault(part.topic, []).append(name)
             position = {name: part.first for name, part in segment.parts.items()}
             expected = {name: iter(part.record_ns.tolist()) for name, part in segment.parts.items()}
             for raw in recording.messages(tuple(topics), segment.start_ns, segment.end_ns):
-                name = topics[raw.topic]
-                if next(expected[name], None) != raw.record_ns:
-                    raise changed_meanwhile(recording.path)
-                lane = lanes[name]
-                if isinstance(lane, CameraLane):
-                    images.call(lane.take, recording, raw, position[name])
-                else:
-                    lane.take(recording, raw, position[name])
-                position[name] += 1
+                for name in topics[raw.topic]:
+                    if next(expected[name], None) != raw.record_ns:
+                        raise changed_meanwhile(recording.path)
+                    lane = lanes[name]
+                    if isinstance(lane, CameraLane):
+                        images.call(lane.take, recording, raw, position[name])
+                    else:
+                        lane.take(recording, raw, position[name])
+                    position[name] += 1
                 if on_reached is not None:
                     on_reached(raw.record_ns)
             if any(next(left, None) is not None for left in expected.values()):

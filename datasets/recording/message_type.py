@@ -57,6 +57,8 @@ class StampLayout(NamedTuple):
 
     encoding: str
     offset: int
+    framed: bool = False
+    """Whether a frame's name follows, as it does in a header."""
 
     def stamp_ns(self, data: bytes) -> int:
         """The stamp in nanoseconds.
@@ -70,6 +72,20 @@ class StampLayout(NamedTuple):
         else:
             sec, nsec = _CDR_TIME[data[:2]].unpack_from(data, 4 + self.offset)
         return int(sec) * 1_000_000_000 + int(nsec)
+
+    def frame_id(self, data: bytes) -> str:
+        """The frame's name; empty where there is none.
+
+        Raises:
+            struct.error: The message is shorter than its header.
+            UnicodeDecodeError: It is no text.
+        """
+        if not self.framed:
+            return ""
+        place = self.offset + 8 if self.encoding == "ros1" else self.offset + 12
+        big = self.encoding != "ros1" and data[1] == 0
+        (size,) = struct.unpack_from(">I" if big else "<I", data, place)
+        return data[place + 4 : place + 4 + size].rstrip(b"\0").decode()
 
 
 class MessageType:
@@ -159,7 +175,7 @@ class MessageType:
         if not fields or fields[0][1][0] != Nodetype.NAME or fields[0][1][1] not in _HEADERS:
             return None
         header = [name for name, _ in self._store.fielddefs[str(fields[0][1][1])][1]]
-        return StampLayout(self.encoding, 4 * header.index("stamp"))
+        return StampLayout(self.encoding, 4 * header.index("stamp"), framed="frame_id" in header)
 
     def _layout_of(self, name: str, within: tuple[str, ...]) -> tuple[object, ...]:
         if name not in self._store.fielddefs:

@@ -31,3 +31,5 @@ class RawMessage(NamedTuple):
     record_ns: int
     """When the recorder received it; its header's stamp is in the bytes."""
     data: bytes
+    publisher: str = ""
+    """The node that published it, where the format says so."""

@@ -1,6 +1,7 @@
 """A recording, whatever its format: its topics, its messages in time order, their stamps and their contents."""
 
 import heapq
+import struct
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack
@@ -141,19 +142,32 @@ class Recording:
         Raises:
             DatasetsError: The message is shorter than its header.
         """
-        key = (raw.topic, raw.type)
-        if key not in self._stamps:
-            try:
-                self._stamps[key] = self._type_of(raw).stamp_layout
-            except DatasetsError:
-                self._stamps[key] = None
-        layout = self._stamps[key]
+        layout = self._stamp_layout(raw)
         if layout is None:
             return None
         try:
             return layout.stamp_ns(raw.data)
         except Exception as error:
             raise self._fault(raw, f"its header cannot be read: {describe(error)}") from error
+
+    def header_frame(self, raw: RawMessage) -> str:
+        """The header's frame, read from the bytes; empty where the type has no header of ROS's, or it is damaged."""
+        layout = self._stamp_layout(raw)
+        if not isinstance(layout, StampLayout):
+            return ""
+        try:
+            return layout.frame_id(raw.data)
+        except (struct.error, UnicodeDecodeError, IndexError):
+            return ""
+
+    def _stamp_layout(self, raw: RawMessage) -> StampLayout | JsonType | ProtobufType | None:
+        key = (raw.topic, raw.type)
+        if key not in self._stamps:
+            try:
+                self._stamps[key] = self._type_of(raw).stamp_layout
+            except DatasetsError:
+                self._stamps[key] = None
+        return self._stamps[key]
 
     def layout_of(self, raw: RawMessage) -> tuple[str, tuple[object, ...]] | None:
         """Encoding and fields of the message's type; None where its definition cannot be read."""

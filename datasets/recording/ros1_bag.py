@@ -43,6 +43,8 @@ class Connection(NamedTuple):
     type: str
     definition: str
     md5sum: str
+    publisher: str
+    """Name of the node; empty where the recorder did not say it."""
 
 
 def record_at(content: bytes | FileBytes, offset: int, limit: int) -> Record:
@@ -113,7 +115,7 @@ def connection_of(content: bytes | FileBytes, record: Record) -> Connection:
     """The connection that a record describes."""
     described = _plain_fields(content[record.start : record.end], record.offset)
     topic = described.get(b"topic") or record.fields.get(b"topic", b"")
-    others = (described.get(name, b"") for name in (b"type", b"message_definition", b"md5sum"))
+    others = (described.get(name, b"") for name in (b"type", b"message_definition", b"md5sum", b"callerid"))
     return Connection(*(part.decode(errors="replace") for part in (topic, *others)))
 
 

@@ -69,7 +69,8 @@ class Ros1Source:
         wanted = {key: (c.topic, c.type) for key, c in self._channel_of.items() if c.topic in topics and c.count}
         with translated("this ROS 1 bag is damaged", where=self.where, cure=_CURE):
             for message in merged(self._chunks, wanted, self._load, self._skipped, start_ns, end_ns):
-                yield RawMessage(*wanted[message.channel], message.record_ns, message.data)
+                publisher = self._connections[message.channel].publisher
+                yield RawMessage(*wanted[message.channel], message.record_ns, message.data, publisher)
 
     def close(self) -> None:
         """Let go of the file."""

@@ -164,6 +164,8 @@ class FurtherSensor:
     """Candidate topics, best first; it is never proposed."""
     mounting: Mounting | None = None
     """Pose where tf has no path to the base frame."""
+    frame: str = field(default="", metadata=LEFT_OUT_WHILE_EMPTY)
+    """Its frame, where several sensors publish on its topic; empty takes the one with most messages."""
 
     def __post_init__(self) -> None:
         without = not self.topics or NO_TOPIC in self.topics
@@ -249,6 +251,8 @@ class RobotConfig:
     """Calibration where a recording has none; None leaves such recordings without one."""
     mounting: dict[str, Mounting] = field(default_factory=dict)
     """Poses by ``camera``, ``lidar``, ``imu`` or ``odometry`` (its child) where tf has no path to the base frame."""
+    frames: dict[str, str] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
+    """Frames by ``camera``, ``lidar``, ``imu`` or ``odometry`` (its child): which of several sensors on one topic."""
     cameras: dict[str, FurtherCamera] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
     """Further cameras by name, such as ``rear``."""
     lidars: dict[str, FurtherLidar] = field(default_factory=dict, metadata=LEFT_OUT_WHILE_EMPTY)
@@ -263,6 +267,7 @@ class RobotConfig:
         )
         joints = sorted({joint for joint in self.joint_names if self.joint_names.count(joint) > 1})
         sensors = [name + did_you_mean(name, POSED) for name in sorted(set(self.mounting) - set(POSED))]
+        framed = [name + did_you_mean(name, POSED) for name in sorted(set(self.frames) - set(POSED))]
         refuse(
             fault("name", "the robot has no name", "give one, such as husky", when=not self.name.strip()),
             fault("base_frame", "is empty", "give a tf frame, such as base_link", when=not self.base_frame.strip()),
@@ -284,6 +289,7 @@ class RobotConfig:
             fault(
                 "mounting", f"unknown sensors {', '.join(sensors)}", f"known are {', '.join(POSED)}", when=bool(sensors)
             ),
+            fault("frames", f"unknown sensors {', '.join(framed)}", f"known are {', '.join(POSED)}", when=bool(framed)),
             _unknown_cameras(self.pictures, (FRONT, *self.cameras)),
             _unfit_names("cameras", self.cameras),
             _unfit_names("lidars", self.lidars),
@@ -297,6 +303,12 @@ class RobotConfig:
             topics[further("camera_info", name)] = camera.camera_info
         topics |= {further("lidar", name): lidar.topics for name, lidar in self.lidars.items()}
         return {stream: topics[stream] for stream in in_order(topics)}
+
+    def source_frames(self) -> dict[str, str]:
+        """The frame that is wanted of a stream's topic, by stream, where it is said."""
+        further_ones = {further("camera", name): camera.frame for name, camera in self.cameras.items()}
+        further_ones |= {further("lidar", name): lidar.frame for name, lidar in self.lidars.items()}
+        return self.frames | {stream: frame for stream, frame in further_ones.items() if frame}
 
     def mounting_of(self, stream: str) -> tuple[str, Mounting | None]:
         """Where the pose of a stream's sensor stands in the robot file, and the pose; None where it stands nowhere."""

@@ -82,7 +82,7 @@ def resolve_topic_map(robot: RobotConfig, topics: Sequence[Topic]) -> TopicMap:
         for stream, wanted in candidates.items()
         if wanted
     }
-    faults += _read_twice(named)
+    faults += _read_twice(named, robot.source_frames())
     for stream in candidates:
         if stream in named:
             chosen[stream] = named[stream]
@@ -90,7 +90,7 @@ def resolve_topic_map(robot: RobotConfig, topics: Sequence[Topic]) -> TopicMap:
             image = chosen[further("camera", sensor_of(stream)) if sensor_of(stream) else "camera"]
             chosen[stream] = _camera_info_of(stream, image, listed, notes)
         else:
-            chosen[stream] = _best_by_name(stream, _without(listed, named), notes)
+            chosen[stream] = _best_by_name(stream, _without(listed, named, robot.source_frames()), notes)
     notes += [
         Note(
             "topics.planar-scan",
@@ -118,18 +118,22 @@ def _listed(topics: Sequence[Topic]) -> dict[str, Topic]:
     return {topic.name: topic for topic in topics if carrying[topic.name] == (1 if topic.count else 0)}
 
 
-def _read_twice(named: Mapping[str, str | None]) -> list[str]:
-    """Faults of topics that are to feed two cameras, or two LiDARs."""
+def _read_twice(named: Mapping[str, str | None], frames: Mapping[str, str]) -> list[str]:
+    """Faults of topics that are to feed two cameras, or two LiDARs, whose frames do not tell them apart."""
     streams: dict[str, list[str]] = {}
     for stream, topic in named.items():
         if topic is not None and is_large(stream):
             streams.setdefault(topic, []).append(stream)
-    return [f"{' and '.join(both)} are both {topic}" for topic, both in streams.items() if len(both) > 1]
+    several = {topic: both for topic, both in streams.items() if len({frames.get(x, "") for x in both}) < len(both)}
+    return [f"{' and '.join(both)} are both {topic}" for topic, both in several.items()]
 
 
-def _without(listed: Mapping[str, Topic], named: Mapping[str, str | None]) -> dict[str, Topic]:
-    """The topics that no further camera or LiDAR is read from, in whatever encoding."""
-    taken = {camera_name(topic) for stream, topic in named.items() if topic is not None and sensor_of(stream)}
+def _without(
+    listed: Mapping[str, Topic], named: Mapping[str, str | None], frames: Mapping[str, str]
+) -> dict[str, Topic]:
+    """The topics that no further camera or LiDAR is read from, in whatever encoding; one of several by frame may be."""
+    further_ones = {stream: topic for stream, topic in named.items() if topic is not None and sensor_of(stream)}
+    taken = {camera_name(topic) for stream, topic in further_ones.items() if stream not in frames}
     return {name: topic for name, topic in listed.items() if camera_name(name) not in taken}
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
-from jaxtyping import Int64
+from jaxtyping import Bool, Int64
 from numpy.lib.stride_tricks import sliding_window_view
 
 from navtool.base.errors import DatasetsError
@@ -172,6 +172,7 @@ def stream_time(
     record_ns: Int64[Array, " n"],
     reference: ReferenceClock | None,
     clock: Clock = Clock.auto,
+    kept: Bool[Array, " n"] | None = None,
 ) -> StreamTime:
     """Order a stream by its header stamps where they can be used, else by record time.
 
@@ -182,26 +183,28 @@ def stream_time(
             is moved onto it where it counts from another origin, so that recordings in simulated time keep their
             streams together.
         clock: Which of the two is wanted.
+        kept: Which messages count; None for all.
 
     Raises:
         DatasetsError: Header stamps are wanted and there are none.
     """
-    least_ns = clock_offset(header_ns, record_ns, _LEAST)
-    stamped = header_ns > 0
+    taken: Array = np.ones(header_ns.size, dtype=np.bool_) if kept is None else kept
+    least_ns = clock_offset(header_ns[taken], record_ns[taken], _LEAST)
+    stamped = taken & (header_ns > 0)
     notes: list[Note] = []
     away_ns = None if least_ns is None else least_ns - (0 if reference is None else reference.least_ns)
     if clock is Clock.header and not stamped.any():
         raise DatasetsError(
             "no message has a header stamp, which the settings ask for", cure="set its clock to auto or record"
         )
-    fits = away_ns is not None and abs(away_ns) <= OTHER_EPOCH_NS and stamped.sum() * 2 > stamped.size
+    fits = away_ns is not None and abs(away_ns) <= OTHER_EPOCH_NS and stamped.sum() * 2 > taken.sum()
     if clock is Clock.header or (clock is Clock.auto and fits):
         source, times, usable = "header", header_ns, stamped
     else:
-        source, usable = "record", np.ones(stamped.size, dtype=np.bool_)
+        source, usable = "record", taken
         times = record_ns if reference is None else reference.from_record(record_ns)
         moved = reference is not None and reference.other_epoch
-        why = "record time, as set" if clock is Clock.record else _why_record_time(header_ns, away_ns)
+        why = "record time, as set" if clock is Clock.record else _why_record_time(header_ns[taken], away_ns)
         why += ", moved onto the clock of the headers" if moved else ""
         notes.append(Note("clock.record-time", why))
     positions = np.flatnonzero(usable)
@@ -217,8 +220,8 @@ def stream_time(
         source=source,
         backwards=backwards,
         repeated=int(kept.size - stamps.size),
-        unstamped=int((~usable).sum()),
-        offset_ns=clock_offset(header_ns, record_ns),
+        unstamped=int((taken & ~usable).sum()),
+        offset_ns=clock_offset(header_ns[taken], record_ns[taken]),
         notes=tuple(notes),
     )
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Int64
+from jaxtyping import Bool, Int64
 
 from navtool.base.errors import DatasetsError
 from navtool.base.note import Note
@@ -40,16 +40,18 @@ class Clocks:
         recorded_ns: The same as recorded, but for steps.
         record_ns: When each message was recorded.
         jumps: The steps that were taken out.
+        kept: Which messages are read of streams that share a topic with another sensor.
         offsets: Streams whose header clock is apart from the others', or may be.
         level_s: How far the clock that most streams share is ahead of the recorder's.
         skipped: Messages at the beginning of videos that no picture comes of.
     """
 
-    header_ns: dict[str, Int64[Array, " n"]]
-    recorded_ns: dict[str, Int64[Array, " n"]]
-    record_ns: dict[str, Int64[Array, " n"]]
+    header_ns: dict[str, Int64[Array, " _"]]
+    recorded_ns: dict[str, Int64[Array, " _"]]
+    record_ns: dict[str, Int64[Array, " _"]]
     jumps: dict[str, tuple[Jump, ...]]
     policy: SyncConfig
+    kept: dict[str, Bool[Array, " _"]] = field(default_factory=dict)
     offsets: dict[str, ClockOffset] = field(default_factory=dict)
     level_s: float = 0.0
     skipped: dict[str, int] = field(default_factory=dict)
@@ -61,18 +63,22 @@ class Clocks:
         Raises:
             DatasetsError: A clock is apart, and the policy refuses that.
         """
-        mended, record_ns, jumps = {}, {}, {}
+        header_ns, record_ns, jumps = {}, {}, {}
+        kept = {name: stream.kept for name, stream in found.streams.items() if stream.kept is not None}
         for name, stream in found.streams.items():
-            recorded, record_ns[name] = stream.stamps
-            mended[name], jumps[name] = mend_jumps(recorded, record_ns[name], round(policy.clock_step_s * 1e9))
-        clocks = cls(dict(mended), mended, record_ns, jumps, policy)
+            header_ns[name], record_ns[name] = stream.stamps
+            read = np.flatnonzero(kept.get(name, np.ones(record_ns[name].size, dtype=np.bool_)))
+            step_ns = round(policy.clock_step_s * 1e9)
+            header_ns[name][read], steps = mend_jumps(header_ns[name][read], record_ns[name][read], step_ns)
+            jumps[name] = tuple(Jump(int(read[step.position]), step.by_ns) for step in steps)
+        clocks = cls(dict(header_ns), header_ns, record_ns, jumps, policy, kept)
         latencies = {
             name: latency
-            for name in mended
+            for name in header_ns
             if policy.clock_of(name) is not Clock.record
-            and (latency := latency_of(name, mended[name], record_ns[name])) is not None
+            and (latency := latency_of(name, *clocks._read(name))) is not None
         }
-        given = {name: seconds for name in mended if (seconds := policy.offset_of(name)) is not None}
+        given = {name: seconds for name in header_ns if (seconds := policy.offset_of(name)) is not None}
         compared = compare_clocks(latencies, given)
         videos = {name: video for name, stream in found.streams.items() if (video := stream.video) is not None}
         skipped = {name: video.before_first_key for name, video in videos.items()}
@@ -107,7 +113,8 @@ class Clocks:
         times = {}
         for name, header_ns in self.header_ns.items():
             try:
-                time = stream_time(header_ns, self.record_ns[name], reference, self.policy.clock_of(name))
+                clock = self.policy.clock_of(name)
+                time = stream_time(header_ns, self.record_ns[name], reference, clock, self.kept.get(name))
             except DatasetsError as error:
                 raise DatasetsError(error.what, where=name, cure=error.cure) from error
             seconds = self.policy.offset_of(name)
@@ -122,6 +129,11 @@ class Clocks:
         moment = np.array([record_ns], dtype=np.int64)
         return int(moment[0] if reference is None else reference.from_record(moment)[0])
 
+    def as_recorded(self, stream: str) -> tuple[Int64[Array, " m"], Int64[Array, " m"]]:
+        """Stamps, but for steps, and times of record of the messages that are read."""
+        kept = self.kept.get(stream, slice(None))
+        return self.recorded_ns[stream][kept], self.record_ns[stream][kept]
+
     def notes(self, stream: str) -> list[Note]:
         """What a user should know of a stream's clock against the others'."""
         offset = self.offsets.get(stream)
@@ -130,7 +142,12 @@ class Clocks:
     def _reference(self, grid_stream: str) -> ReferenceClock | None:
         """The grid's clock; where all headers are apart from the recorder's, it is another one by however little."""
         apart_ns = OTHER_EPOCH_NS if self.level_s == 0.0 else round(AHEAD_S * 1e9)
-        return reference_clock(self.header_ns[grid_stream], self.record_ns[grid_stream], apart_ns)
+        return reference_clock(*self._read(grid_stream), apart_ns)
+
+    def _read(self, stream: str) -> tuple[Int64[Array, " m"], Int64[Array, " m"]]:
+        """Stamps and times of record of the messages that are read."""
+        kept = self.kept.get(stream, slice(None))
+        return self.header_ns[stream][kept], self.record_ns[stream][kept]
 
     def _as_declared(self, stream: str, offset: ClockOffset) -> ClockOffset:
         said = offset.note.text if offset.note is not None else "its header clock is apart from the others'"

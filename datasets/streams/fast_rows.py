@@ -106,12 +106,12 @@ def _odometry(serial: _Bytes) -> FastRow:
         head = serial.head(data)
         if head is None:
             return None
-        stamp, _, place = head
+        stamp, parent, place = head
         child, place = serial.text(data, place)
         place = serial.doubles(place)
         if len(data) != place + _ODOMETRY.size:
             return None
-        return StreamRows(stamp, child, ODOMETRY_COLUMNS, _ODOMETRY.unpack_from(data, place))
+        return StreamRows(stamp, child, ODOMETRY_COLUMNS, _ODOMETRY.unpack_from(data, place), parent=parent)
 
     return read
 

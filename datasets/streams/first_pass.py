@@ -1,10 +1,11 @@
 """First pass over a recording: every time stamp, and the small streams in full."""
 
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from navtool.base.errors import DatasetsError
+from navtool.base.note import Note
 from navtool.datasets.decode.levels import LevelSurvey
 from navtool.datasets.decode.messages import (
     CameraInfoSample,
@@ -18,16 +19,21 @@ from navtool.datasets.decode.messages import (
 from navtool.datasets.decode.table import TRANSFORMS
 from navtool.datasets.recording import RawMessage, Recording
 from navtool.datasets.robot.config import JoyCommand
+from navtool.datasets.robot.recorded_geometry import TransformTree, latest_transforms
 from navtool.datasets.robot.topic_map import TopicMap
 from navtool.datasets.streams.clock import NO_STAMP
 from navtool.datasets.streams.fast_rows import FastRows
-from navtool.datasets.streams.recorded_stream import RecordedStream
-from navtool.datasets.streams.rows import StreamRows, rows_of
+from navtool.datasets.streams.joined_joints import join_joints
+from navtool.datasets.streams.recorded_stream import RecordedStream, Source
+from navtool.datasets.streams.rows import rows_of
+from navtool.datasets.streams.sources import tell_apart
 from navtool.datasets.streams.table import Kind, is_large, row_of, sensor_of
 from navtool.datasets.streams.video_survey import VideoSurvey
 
 logger = logging.getLogger(__name__)
 
+_SOURCES = 8
+"""Of so many sensors on one topic the first message is decoded."""
 _TRIES = 5
 """Messages of a large stream that may be broken before the stream counts as unreadable."""
 
@@ -45,6 +51,8 @@ class FirstPass:
     """Calibrations and transforms that cannot be used: the first fault by topic."""
     unreadable: dict[str, RecordedStream] = field(default_factory=dict)
     """Streams of which not one message can be decoded."""
+    notes: list[Note] = field(default_factory=list)
+    """What was done about topics that several publish on."""
 
 
 def first_pass(
@@ -53,6 +61,7 @@ def first_pass(
     joint_names: tuple[str, ...],
     joy: JoyCommand | None = None,
     on_reached: Callable[[int], None] | None = None,
+    frames: Mapping[str, str] | None = None,
 ) -> FirstPass:
     """Read every mapped topic once, in the order of record.
 
@@ -60,9 +69,10 @@ def first_pass(
     full. A message that cannot be decoded is counted with its reason and does not end the pass.
 
     Args:
-        joint_names: Order of the joints' columns; empty takes the first message's.
+        joint_names: Order of the joints' columns; empty takes all in the order in which they come up.
         joy: What a joystick's axes mean, where one feeds the command.
         on_reached: Called with the record time of each message read.
+        frames: Which sensor's frame is wanted of a stream's topic, where several publish on it.
 
     Raises:
         DatasetsError: If the recording cannot be read on.
@@ -80,8 +90,6 @@ def first_pass(
             if row_of(name).kind is not Kind.geometry
         },
     )
-    if "joints" in found.streams:
-        found.streams["joints"].joint_names = joint_names
     fast = FastRows(recording)
     for raw in recording.messages((*by_topic, *static)):
         message = _Message(recording, raw)
@@ -104,6 +112,11 @@ def first_pass(
     found.streams = {
         name: stream for name, stream in found.streams.items() if stream.record_ns and name not in found.unreadable
     }
+    transforms, _ = latest_transforms(found.transforms)
+    found.notes += tell_apart(found.streams, TransformTree(transforms), frames or {})
+    found.streams = {name: stream for name, stream in found.streams.items() if stream.read}
+    if "joints" in found.streams:
+        found.notes += join_joints(found.streams["joints"], joint_names)
     return found
 
 
@@ -114,10 +127,13 @@ def look_at(stream: RecordedStream, recording: Recording, raw: RawMessage) -> No
     except DatasetsError as error:
         _count_fault(stream, error)
         stamp = 0  # keeps its place: the second pass counts messages in the order of record
-    stream.header_ns.append(NO_STAMP if stamp is None else stamp)
-    stream.record_ns.append(raw.record_ns)
+        source = next(reversed(stream.sources), Source())
+    else:
+        source = Source(recording.header_frame(raw), publisher=raw.publisher)
+    stream.count(NO_STAMP if stamp is None else stamp, raw.record_ns, source)
+    number = stream.source[-1]
     surveyed = stream.survey is not None and stream.survey.wants(raw.record_ns)
-    first = stream.frame_id == "" and stream.native_size is None and stream.undecodable < _TRIES
+    first = number < _SOURCES and number not in stream.native_sizes and stream.undecodable < _TRIES
     if not (surveyed or first or stream.video is not None):
         return
     try:
@@ -130,9 +146,12 @@ def look_at(stream: RecordedStream, recording: Recording, raw: RawMessage) -> No
         _add_video_picture(stream, stream.video.add(sample, len(stream.record_ns) - 1))
     elif isinstance(sample, ImageFrame):
         _add_picture(stream, sample, raw.record_ns)
+        stream.native_sizes[number] = (sample.rgb.shape[1], sample.rgb.shape[0])
     elif isinstance(sample, PointCloud):
-        stream.frame_id, stream.notes = sample.frame_id, list(sample.notes)
-        stream.native_size = (len(sample.xyz), 1)
+        stream.native_sizes[number] = (len(sample.xyz), 1)
+        if stream.native_size is None:
+            stream.frame_id, stream.notes = sample.frame_id, list(sample.notes)
+            stream.native_size = stream.native_sizes[number]
 
 
 def _add_video_picture(stream: RecordedStream, picture: ImageFrame | None) -> None:
@@ -172,26 +191,19 @@ class _Message:
 
 def _add_row(stream: RecordedStream, name: str, joy: JoyCommand | None, message: _Message, fast: FastRows) -> None:
     raw = message.raw
-    rows = _fast_row(stream, name, fast, raw)
+    rows = None if name == "command" and not raw.type.endswith("/TwistStamped") else fast.row(raw)
     if rows is None:
         try:
-            rows = rows_of(message.decode(), name, stream.joint_names, joy)
+            rows = rows_of(message.decode(), name, joy)
         except DatasetsError as error:
             _count_fault(stream, error)
             return
     if not stream.columns:
-        stream.columns, stream.joint_names, stream.frame_id = rows.columns, rows.joint_names, rows.frame_id
-    stream.header_ns.append(NO_STAMP if rows.stamp_ns is None else rows.stamp_ns)
-    stream.record_ns.append(raw.record_ns)
+        stream.columns, stream.frame_id = rows.columns, rows.frame_id
+    joints = bool(rows.joint_names)
+    source = Source(joints=rows.joint_names) if joints else Source(rows.frame_id, rows.parent, raw.publisher)
+    stream.count(NO_STAMP if rows.stamp_ns is None else rows.stamp_ns, raw.record_ns, source)
     stream.rows.append(rows.values)
-
-
-def _fast_row(stream: RecordedStream, name: str, fast: FastRows, raw: RawMessage) -> StreamRows | None:
-    if name == "command" and not raw.type.endswith("/TwistStamped"):
-        return None
-    rows = fast.row(raw)
-    other = rows is not None and bool(stream.joint_names) and rows.joint_names != stream.joint_names
-    return None if other else rows
 
 
 def _add_geometry(found: FirstPass, stream: str, recording: Recording, raw: RawMessage) -> None:

@@ -36,6 +36,7 @@ class StreamRows:
     Attributes:
         stamp_ns: Header stamp; None where the type has no header.
         joint_names: Names of a joint state, in the order of the columns; empty for the other types.
+        parent: Frame of the poses of an odometry; empty for the other types.
     """
 
     stamp_ns: int | None
@@ -43,15 +44,14 @@ class StreamRows:
     columns: tuple[str, ...]
     values: tuple[float, ...]
     joint_names: tuple[str, ...] = ()
+    parent: str = ""
 
 
-def rows_of(sample: object, stream: str, joint_names: tuple[str, ...], joy: JoyCommand | None) -> StreamRows:
+def rows_of(sample: object, stream: str, joy: JoyCommand | None) -> StreamRows:
     """The row of a decoded message.
 
     Args:
         stream: What the message feeds; an odometry that feeds the command gives its velocity alone.
-        joint_names: Order of a joint stream's columns, from its first message; joints that a message lacks are NaN,
-            those that it adds are left out.
         joy: How a joystick's axes become a velocity.
 
     Raises:
@@ -75,7 +75,7 @@ def rows_of(sample: object, stream: str, joint_names: tuple[str, ...], joy: JoyC
         case OdometrySample():
             values = _flat(sample.position, sample.orientation, sample.linear, sample.angular)
             # The twist is in the child frame: that is the frame in which speeds are meant.
-            return StreamRows(sample.stamp_ns, sample.child_frame_id, ODOMETRY_COLUMNS, values)
+            return StreamRows(sample.stamp_ns, sample.child_frame_id, ODOMETRY_COLUMNS, values, parent=sample.frame_id)
         case ImuSample():
             values = _flat(sample.linear_acceleration, sample.angular_velocity)
             return StreamRows(sample.stamp_ns, sample.frame_id, IMU_COLUMNS, values)
@@ -85,7 +85,7 @@ def rows_of(sample: object, stream: str, joint_names: tuple[str, ...], joy: JoyC
         case BoolSample():
             return StreamRows(sample.stamp_ns, sample.frame_id, INTERVENTION_COLUMNS, (float(sample.value),))
         case JointSample():
-            return _joint_row(sample, joint_names or sample.names)
+            return _joint_row(sample)
         case _:
             raise DatasetsError(f"{type(sample).__name__} cannot feed a stream", cure="name a topic of a fitting type")
 
@@ -118,21 +118,11 @@ def joint_columns(names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f"{kind}.{name}" for kind in JOINT_KINDS for name in names)
 
 
-def _joint_row(sample: JointSample, names: tuple[str, ...]) -> StreamRows:
+def _joint_row(sample: JointSample) -> StreamRows:
     if not sample.names:
         raise DatasetsError("a joint state without names", cure="leave the stream out: robot.topics.joints=[none]")
-    columns = joint_columns(names)
-    if sample.names == names:
-        values = _flat(sample.position, sample.velocity, sample.effort)
-    else:
-        place = {name: index for index, name in enumerate(sample.names)}
-        table = np.full((3, len(names)), np.nan)
-        for column, name in enumerate(names):
-            if name in place:
-                source = place[name]
-                table[:, column] = sample.position[source], sample.velocity[source], sample.effort[source]
-        values = _flat(*table)
-    return StreamRows(sample.stamp_ns, sample.frame_id, columns, values, names)
+    values = _flat(sample.position, sample.velocity, sample.effort)
+    return StreamRows(sample.stamp_ns, sample.frame_id, joint_columns(sample.names), values, sample.names)
 
 
 def _flat(*parts: Array) -> tuple[float, ...]:

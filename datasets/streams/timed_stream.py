@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.motion import Motion
@@ -18,6 +18,11 @@ class TimedStream:
     recorded: RecordedStream
     time: StreamTime
     values: Float64[Array, "kept columns"]
+
+    @property
+    def present(self) -> Bool[Array, "kept joints"] | None:
+        """Which joints each message names; None where all name all."""
+        return None if self.recorded.present is None else self.recorded.present[self.time.order]
 
     @classmethod
     def of(cls, recorded: RecordedStream, time: StreamTime) -> "TimedStream":

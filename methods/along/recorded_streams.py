@@ -50,7 +50,7 @@ class RecordedStreams(Streams):
         self, recording: Recording, robot: RobotConfig, sync: SyncConfig, reads: Sequence[str], odometry_gap_s: float
     ) -> None:
         topics = _topics(recording, robot, reads)
-        found = first_pass(recording, topics, ())
+        found = first_pass(recording, topics, (), frames=robot.source_frames())
         if reads[0] not in found.streams:
             refuse_unreadable(found, reads[:1])
             raise _missing(recording, topics, reads[0])
@@ -62,10 +62,11 @@ class RecordedStreams(Streams):
         there = {name: stream.topic for name, stream in found.streams.items()}
         super().__init__(source_name(recording.path), there, calibration, odometry, odometry_gap_s)
         self.notes = [*recovered_notes(recording), *topics.notes, *self.notes]
-        self.notes += _stream_notes(found)
+        self.notes += [*found.notes, *_stream_notes(found)]
         self._recording = recording
         if "odometry" in there:
             self.odometry_frame = _frame_of(recording, there["odometry"]) or self.odometry_frame
+        self._kept = None if "lidar" not in there else found.streams["lidar"].kept
         self._record_ns = found.streams["lidar"].record_ns if "lidar" in there else []
         self._stamps_ns = np.array(self._record_ns, dtype=np.int64)
         if "lidar" in there:
@@ -75,18 +76,20 @@ class RecordedStreams(Streams):
     @property
     def cloud_stamps_ns(self) -> Int64[Array, " clouds"]:
         """When each cloud was measured, in the order of record."""
-        return self._stamps_ns
+        return self._stamps_ns if self._kept is None else self._stamps_ns[self._kept]
 
     def clouds(self) -> Iterator[Cloud]:
         """The clouds in the order of record."""
         if not self._record_ns:
             return
-        expected = zip(self._record_ns, self._stamps_ns.tolist(), strict=True)
+        kept = [True] * len(self._record_ns) if self._kept is None else self._kept.tolist()
+        expected = zip(self._record_ns, self._stamps_ns.tolist(), kept, strict=True)
         for raw in self._recording.messages([self.topics["lidar"]]):
-            record_ns, stamp_ns = next(expected, (None, 0))
+            record_ns, stamp_ns, wanted = next(expected, (None, 0, False))
             if record_ns != raw.record_ns:
                 raise changed_meanwhile(self._recording.path)
-            yield Cloud(stamp_ns, _reader(self._recording, raw))
+            if wanted:
+                yield Cloud(stamp_ns, _reader(self._recording, raw))
         if next(expected, None) is not None:
             raise changed_meanwhile(self._recording.path)
 

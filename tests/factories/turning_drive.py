@@ -12,13 +12,13 @@ Entry = tuple[str, str, int, dict[str, Any]]
 START_NS = 1_750_000_000_000_000_000
 SPEED_MPS = 0.5
 TOPICS = {
-    "image": "/camera/image_raw",
+    "camera": "/camera/image_raw",
     "lidar": "/points",
     "odometry": "/odom",
     "imu": "/imu/data",
     "command": "/cmd_vel",
 }
-RATES_HZ = {"image": 10, "lidar": 10, "odometry": 20, "imu": 50, "command": 10}
+RATES_HZ = {"camera": 10, "lidar": 10, "odometry": 20, "imu": 50, "command": 10}
 _OPTICAL = {"x": -0.5, "y": 0.5, "z": -0.5, "w": 0.5}
 _LEVEL = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 
@@ -38,7 +38,7 @@ class TurningDrive:
 
     seconds: float = 12.0
     turns: bool = True
-    streams: tuple[str, ...] = ("image", "lidar", "odometry", "imu", "command")
+    streams: tuple[str, ...] = ("camera", "lidar", "odometry", "imu", "command")
     header_s: Mapping[str, float] = field(default_factory=dict)
     late_s: Mapping[str, float] = field(default_factory=dict)
     jitter_s: Mapping[str, float] = field(default_factory=dict)
@@ -72,7 +72,7 @@ class TurningDrive:
         return sorted(entries, key=lambda entry: entry[2])
 
 
-FRAMES = {"image": "camera_optical", "lidar": "lidar", "odometry": "odom", "imu": "imu_link", "command": ""}
+FRAMES = {"camera": "camera_optical", "lidar": "lidar", "odometry": "odom", "imu": "imu_link", "command": ""}
 
 
 def _header(stamp_ns: int, frame: str) -> dict[str, Any]:
@@ -95,7 +95,7 @@ def _message(
 ) -> tuple[str, dict[str, Any]]:
     yaw, x, y = pose
     match stream:
-        case "image":
+        case "camera":
             return "sensor_msgs/msg/Image", {**header, **_picture(yaw)}
         case "lidar":
             return "sensor_msgs/msg/PointCloud2", {**header, **cloud(walls(yaw, x, y), number)}

@@ -27,10 +27,10 @@ def plan_of(write: Write, drive: TurningDrive, sync: SyncConfig | None = None) -
 
 def side_by_side(plan: EpisodePlan, stream: str) -> float:
     """The largest difference, in messages, between a stream's and the camera's at the same tick; both come at 10 Hz."""
-    of_tick = {name: numbers(plan, name) for name in (stream, "image")}
-    both = of_tick[stream].keys() & of_tick["image"].keys()
+    of_tick = {name: numbers(plan, name) for name in (stream, "camera")}
+    both = of_tick[stream].keys() & of_tick["camera"].keys()
     assert len(both) > plan.ticks_ns.size / 2
-    return max(abs(of_tick[stream][tick] - of_tick["image"][tick]) for tick in both)
+    return max(abs(of_tick[stream][tick] - of_tick["camera"][tick]) for tick in both)
 
 
 def numbers(plan: EpisodePlan, stream: str) -> dict[int, int]:
@@ -73,7 +73,7 @@ def test_lidar_other_clock(write_recording: Write, seconds: float, turns: bool) 
     assert abs(reported(plan, "lidar", "clock_offset")["added_s"] + seconds) < 0.03
 
 
-@pytest.mark.parametrize("stream", ["image", "imu", "odometry"])
+@pytest.mark.parametrize("stream", ["camera", "imu", "odometry"])
 def test_any_other_sensor_may_be_the_one(write_recording: Write, stream: str) -> None:
     plan = plan_of(write_recording, TurningDrive(header_s={stream: -0.7}))
     assert abs(reported(plan, stream, "clock_offset")["added_s"] - 0.7) < 0.03
@@ -90,22 +90,22 @@ def test_two_sensors_of_one_other_clock_keep_what_lies_between_them(write_record
 
 
 def test_a_camera_that_is_compressed_arrives_late_and_is_right(write_recording: Write) -> None:
-    drive = TurningDrive(late_s={"image": 0.15}, jitter_s={"image": 0.02})
+    drive = TurningDrive(late_s={"camera": 0.15}, jitter_s={"camera": 0.02})
     plan = plan_of(write_recording, drive)
     assert side_by_side(plan, "lidar") == 0
     assert not all_notes(plan, "clock.offset")
     assert not all_notes(plan, "clock.offset-suspected")
-    assert abs(reported(plan, "image", "motion")["ahead_s"]) < 0.05
+    assert abs(reported(plan, "camera", "motion")["ahead_s"]) < 0.05
 
 
 def test_where_nothing_turns_a_late_camera_is_only_suspect(write_recording: Write) -> None:
-    plan = plan_of(write_recording, TurningDrive(late_s={"image": 0.25}, turns=False))
+    plan = plan_of(write_recording, TurningDrive(late_s={"camera": 0.25}, turns=False))
     assert side_by_side(plan, "lidar") == 0
     assert not all_notes(plan, "clock.offset")
     assert len(all_notes(plan, "clock.offset-suspected")) == 1
 
 
-@pytest.mark.parametrize("stream", ["image", "lidar"])
+@pytest.mark.parametrize("stream", ["camera", "lidar"])
 def test_what_may_be_latency_is_told_by_the_motion(write_recording: Write, stream: str) -> None:
     plan = plan_of(write_recording, TurningDrive(header_s={stream: -0.3}))
     (note,) = all_notes(plan, "clock.offset")
@@ -128,7 +128,7 @@ def test_a_clock_that_drifts_is_brought_back_at_both_ends(write_recording: Write
 
 
 def test_commands_without_header_follow_where_all_headers_are_apart(write_recording: Write) -> None:
-    streams = ("image", "lidar", "odometry", "imu")
+    streams = ("camera", "lidar", "odometry", "imu")
     plan = plan_of(write_recording, TurningDrive(header_s=dict.fromkeys(streams, -0.6)))
     expected = plan_of(write_recording, TurningDrive())
     assert not all_notes(plan, "clock.offset")

@@ -105,11 +105,11 @@ def test_the_battery_of_an_anymal_is_as_recorded(
 )
 def test_one_message_tells_of_battery_and_stop(kind: str, flag: str, stopped: bool, decode: Make) -> None:
     sample = decode(kind, {**HEAD, flag: stopped})
-    row = rows_of(sample, "intervention", (), None)
+    row = rows_of(sample, "intervention", None)
     assert (row.stamp_ns, row.columns, row.values) == (STAMP_NS, ("active",), (float(stopped),))
-    assert rows_of(sample, "battery", (), None).columns[0] == "current_a"
+    assert rows_of(sample, "battery", None).columns[0] == "current_a"
     with pytest.raises(DatasetsError, match="the message holds no joints"):
-        rows_of(sample, "joints", (), None)
+        rows_of(sample, "joints", None)
 
 
 @pytest.mark.parametrize(

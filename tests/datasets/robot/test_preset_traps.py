@@ -175,7 +175,7 @@ def test_a_message_that_feeds_three_streams_is_decoded_once(
     with open_recording(write_recording("mcap", drive.entries)) as recording:
         found = first_pass(recording, resolve_topic_map(robot, recording.topics), ())
     assert len(decoded) == len(drive.entries)
-    assert [len(found.streams[name].rows) for name in ("imu", "joints", "battery")] == [100, 100, 100]
+    assert [len(found.streams[name].values()) for name in ("imu", "joints", "battery")] == [100, 100, 100]
 
 
 @pytest.mark.parametrize("preset", ROS2)

@@ -62,7 +62,7 @@ def test_the_rows_are_those_of_the_decoders(container: str, write_recording: Cal
         fast = FastRows(recording)
         for raw in recording.messages({f"/{stream}" for stream in KINDS}):
             found = fast.row(raw)
-            slow = rows_of(recording.decode(raw), raw.topic[1:], (), None)
+            slow = rows_of(recording.decode(raw), raw.topic[1:], None)
             if found is None:
                 assert raw.topic == "/joints", "only a message whose lists differ in length is left out"
                 continue
@@ -86,11 +86,11 @@ def test_whatever_is_odd_is_left_to_the_decoders(
             if raw.topic == "/imu":
                 big = cdr(raw.type, {"linear_acceleration": {"x": 2.0}}, little_endian=False)
                 assert fast.row(raw._replace(data=big)) is None
-                assert rows_of(recording.decode(raw._replace(data=big)), "imu", (), None).values[0] == 2.0
+                assert rows_of(recording.decode(raw._replace(data=big)), "imu", None).values[0] == 2.0
             if raw.topic == "/text":
                 assert fast.row(raw) is None
                 with pytest.raises(DatasetsError):
-                    rows_of(recording.decode(raw), "imu", (), None)
+                    rows_of(recording.decode(raw), "imu", None)
 
 
 def test_rows_are_plain_numbers(write_recording: Callable[..., Path]) -> None:

@@ -66,7 +66,7 @@ def test_a_row_of_every_small_stream_has_the_tables_columns(ros_message: Callabl
     assert {*given.values(), "joints"} == set(SMALL)
     for kind, stream in given.items():
         sample = MESSAGES[kind].decode(ros_message(kind, {}))
-        rows = rows_of(sample, stream, (), None)
+        rows = rows_of(sample, stream, None)
         assert rows.columns == STREAMS[stream].columns
         assert len(rows.values) == len(rows.columns)
 
