@@ -197,7 +197,7 @@ def test_a_damaged_message_names_topic_type_and_record_time(write_recording: Wri
     with open_recording(write_recording("mcap", entries())) as recording:
         (raw,) = recording.messages(["/note"])
         for data in (b"", b"\0", raw.data[:7], raw.data[:-3], raw.data + bytes(80), b"\7" + raw.data[1:]):
-            with pytest.raises(DatasetsError, match=r"/note \(std_msgs/msg/String\) at 2000000002 ns: the message"):
+            with pytest.raises(DatasetsError, match=r"/note \(std_msgs/msg/String\) at 2000000002 ns: (the|a) message"):
                 recording.decode(raw._replace(data=data))
         (imu, *_) = recording.messages(["/imu"])
         with pytest.raises(DatasetsError, match=r"/imu .* at 1000000000 ns: its header cannot be read"):
