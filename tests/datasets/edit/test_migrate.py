@@ -5,7 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from drive_factory import REAR, STREAMS
 from hashes import hashes
 from ingesting import ingested
 from version_2 import as_version_2
@@ -14,6 +16,7 @@ from navtool.base.errors import DatasetsError
 from navtool.base.setting_error import SettingError
 from navtool.datasets.check import check_dataset
 from navtool.datasets.edit.migrate import migrate, renamed
+from navtool.datasets.robot.config import FurtherCamera, RobotConfig
 from navtool.datasets.store.reader import NavDataset
 
 
@@ -30,11 +33,17 @@ def test_a_migrated_data_set_is_what_ingest_writes_now(labelled_dataset: Path, t
 def test_ingest_knows_the_recordings_of_a_migrated_data_set(
     write_recording: Callable[..., Path], drive_entries: Callable[..., Any], tmp_path: Path
 ) -> None:
-    recording = write_recording("mcap", drive_entries(2.0, streams=("camera", "lidar", "odometry", "camera.rear")))
-    ingested([recording], tmp_path / "dataset")
+    recording = write_recording("mcap", drive_entries(2.0, streams=(*STREAMS, *REAR)))
+    robot = RobotConfig(cameras={"rear": FurtherCamera(topics=["/rear_camera/image_raw/compressed"])})
+    ingested([recording], tmp_path / "dataset", robot=robot)
     as_version_2(tmp_path / "dataset", tmp_path / "old")
     migrate(tmp_path / "old", tmp_path / "new")
-    assert len(ingested([recording], tmp_path / "new").skipped) == 1
+    assert len(ingested([recording], tmp_path / "new", robot=robot).skipped) == 1
+    made, new = NavDataset(tmp_path / "dataset"), NavDataset(tmp_path / "new")
+    assert new.features == made.features
+    for key in ("valid.camera.rear", "reliability.camera_corners.rear", "sync.error_s.camera.rear"):
+        np.testing.assert_array_equal(new.column(key), made.column(key))
+    np.testing.assert_array_equal(new.image(5, "rear"), made.image(5, "rear"))
 
 
 def test_other_versions_and_folders_are_refused(labelled_dataset: Path, tmp_path: Path) -> None:
