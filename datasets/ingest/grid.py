@@ -12,14 +12,16 @@ from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.sync import grid_ticks
-from navtool.datasets.streams.table import grid_streams
+from navtool.datasets.streams.table import grid_streams, lone_grid_streams
 from navtool.pipeline.arrays import Array
 
 MIN_ROWS = 2
 MOST_PAUSE_S = 3600.0
 """Where nothing that could make a grid comes for longer, there are two runs, or a stamp that is wrong."""
 
-_CURE_NOTHING = "a data set needs a camera, a point cloud or odometry; name its topics with --robot FILE"
+_CURE_NOTHING = (
+    "a data set needs a camera, a point cloud, odometry, an IMU, joints or a battery; name its topics with --robot FILE"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,19 +41,19 @@ def usable_topics(recording: Recording, robot: RobotConfig) -> TopicMap:
         DatasetsError: No stream can span a grid.
     """
     topics = resolve_topic_map(robot, recording.topics)
-    if not grid_streams(topics.streams):
+    if not (grid_streams(topics.streams) or lone_grid_streams(topics.streams)):
         raise _nothing_usable(recording, topics)
     return topics
 
 
 def lay_grid(recording: Recording, topics: TopicMap, clocks: Clocks, fps: int) -> Grid:
-    """The grid of the first stream that spans two ticks.
+    """The grid of the first stream that spans two ticks: a camera, a LiDAR, odometry; else IMU, joints, battery.
 
     Raises:
         DatasetsError: None does, or the recording is silent for more than an hour.
     """
     spans = []
-    for name in grid_streams(clocks.header_ns):
+    for name in (*grid_streams(clocks.header_ns), *lone_grid_streams(clocks.header_ns)):
         times = clocks.times(name)
         stamps = times[name].stamps_ns
         _refuse_silence(name, times, recording)
@@ -68,7 +70,8 @@ def lay_grid(recording: Recording, topics: TopicMap, clocks: Clocks, fps: int) -
 def _refuse_silence(grid_stream: str, times: dict[str, StreamTime], recording: Recording) -> None:
     """A wrong stamp years away would make a grid of years."""
     first_ns, last_ns = times[grid_stream].stamps_ns[[0, -1]]
-    stamps_ns = np.unique(np.concatenate([times[name].stamps_ns for name in grid_streams(times)]))
+    alike = lone_grid_streams(times) if grid_stream in lone_grid_streams(times) else grid_streams(times)
+    stamps_ns = np.unique(np.concatenate([times[name].stamps_ns for name in alike]))
     stamps_ns = stamps_ns[(stamps_ns >= first_ns) & (stamps_ns <= last_ns)]
     pauses_s = np.diff(stamps_ns) * 1e-9
     if pauses_s.size and pauses_s.max() > MOST_PAUSE_S:

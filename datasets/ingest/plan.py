@@ -37,7 +37,7 @@ from navtool.datasets.streams.measured_offsets import measure_offsets
 from navtool.datasets.streams.motion import Motion
 from navtool.datasets.streams.odometry_heading import heading_notes
 from navtool.datasets.streams.small_streams import small_streams
-from navtool.datasets.streams.table import grid_streams, of_kind, sensor_of
+from navtool.datasets.streams.table import grid_streams, lone_grid_streams, of_kind, sensor_of
 from navtool.datasets.streams.timed_stream import motion_of
 from navtool.pipeline.arrays import Array
 
@@ -94,8 +94,8 @@ def plan_episode(
     topics = usable_topics(recording, robot)
     joint_names = tuple(robot.joint_names) if fixed is None else fixed.joint_names
     found = first_pass(recording, topics, joint_names, robot.joy, on_reached, robot.source_frames())
-    if not grid_streams(found.streams):
-        refuse_unreadable(found, grid_streams(found.unreadable))
+    if not (grid_streams(found.streams) or lone_grid_streams(found.streams)):
+        refuse_unreadable(found, (*grid_streams(found.unreadable), *lone_grid_streams(found.unreadable)))
     clocks = Clocks.of(found, config.sync)
     grid = lay_grid(recording, topics, clocks, config.fps)
     contents = fixed or contents_to_be(contents_of(found), robot)

@@ -57,6 +57,8 @@ class Stream:
     """Its name in ``valid.*`` and ``sync.error_s.*`` where that is another; such columns are in every data set."""
     makes_grid: bool = False
     """Whether it may span the grid; of those that a recording has the first one does."""
+    makes_grid_alone: bool = False
+    """Whether it may span the grid of a recording in which none of those can."""
     pose: str = ""
     """The field of the calibration that holds its sensor's pose; empty where it has none to know."""
     never_still: bool = False
@@ -154,6 +156,7 @@ _ROWS = (
         another="another IMU",
         columns=("ax_mps2", "ay_mps2", "az_mps2", "wx_radps", "wy_radps", "wz_radps"),
         sync=DefaultSync(Method.linear, 0.1),
+        makes_grid_alone=True,
         pose="base_imu",
         never_still=True,
         late_s=0.25,
@@ -170,6 +173,7 @@ _ROWS = (
         ),
         another="other joints",
         sync=DefaultSync(Method.linear, 0.1),
+        makes_grid_alone=True,
         never_still=True,
         late_s=0.25,
     ),
@@ -180,6 +184,7 @@ _ROWS = (
         another="another battery",
         columns=("current_a", "voltage_v", "percentage"),
         sync=DefaultSync(Method.hold, 5.0),
+        makes_grid_alone=True,
     ),
     Stream(
         name="command",
@@ -266,3 +271,8 @@ def in_order(streams: Iterable[str]) -> list[str]:
 def grid_streams(streams: Iterable[str]) -> list[str]:
     """Those that may span a grid, the ones that come first in front; the first that lasts for two ticks does."""
     return [stream for stream in in_order(streams) if row_of(stream).makes_grid]
+
+
+def lone_grid_streams(streams: Iterable[str]) -> list[str]:
+    """Those that span the grid of a recording that has none of the others, or none that lasts."""
+    return [stream for stream in in_order(streams) if row_of(stream).makes_grid_alone]

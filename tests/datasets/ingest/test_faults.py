@@ -82,14 +82,14 @@ def test_bad_recordings_are_quarantined_with_a_reason_and_leave_nothing(
     whole = write_recording("ros1", drive_entries(ros1=True), name="whole").read_bytes()
     torn = tmp_path / "torn.bag"
     torn.write_bytes(whole[:9000])  # within the definitions that precede the messages
-    imu = write_recording("mcap", drive_entries(streams=("imu",)), name="imu")
+    command = write_recording("mcap", drive_entries(streams=("command",)), name="command")
     short = write_recording("mcap", drive_entries(0.1, streams=("odometry",)), name="short")
     out = tmp_path / "out"
-    report = ingested([good, text, torn, imu, short], out)
+    report = ingested([good, text, torn, command, short], out)
     assert len(report.episodes) == 1
     reasons = {Path(entry.path).name: entry.reason for entry in report.quarantined}
-    assert set(reasons) == {"notes.bag", "torn.bag", "imu", "short"}
-    assert "no usable stream" in reasons["imu"]
+    assert set(reasons) == {"notes.bag", "torn.bag", "command", "short"}
+    assert "no usable stream" in reasons["command"]
     assert "less than two ticks" in reasons["short"]
     assert not (out / "navtool" / "staging").exists()
     alone = tmp_path / "alone"
