@@ -25,7 +25,10 @@ _BLACK: Image = np.zeros((IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX, 3), dtype=np.uint8)
 
 
 class CameraLane(Lane):
-    """Judges frames as they were recorded, makes them small and encodes them; a row without a frame is black.
+    """Judges frames as they were recorded, makes them small and encodes them.
+
+    A row without a frame shows the last one before it, those before the first frame that one; all are black where none
+    is near.
 
     Almost all of its time is spent outside of the interpreter, so that it runs beside a lane that needs it.
     """
@@ -35,6 +38,9 @@ class CameraLane(Lane):
         self.stats = ImageStats()
         self._video, self._reliability = video, reliability
         self._frames: dict[int, Image] = {}
+        self._last: Image | None = None
+        self._before_first = 0
+        """Rows that wait for the first frame."""
         self._decoder = VideoDecoder()
         self._missing: set[int] = set()
         """Packets of this segment's own whose picture has not come."""
@@ -53,6 +59,12 @@ class CameraLane(Lane):
             # Packets before the first key frame stand in the plan's count.
             self.undecodable += sum(self._part.video.first <= position for position in self._missing)
         super().finish()
+        for _ in range(self._before_first):
+            self._video.add(_BLACK if self._last is None else self._last)
+
+    def _wanted(self, position: int) -> bool:
+        """Whether it is a frame that stands in for those of this segment's first ticks."""
+        return position in self._part.segment_ticks
 
     def _take_packet(self, video: VideoPart, recording: Recording, raw: RawMessage, position: int) -> None:
         self._missing |= {position} & self._part.own
@@ -68,9 +80,11 @@ class CameraLane(Lane):
     def _use_pictures(self, shown: list[Shown]) -> None:
         for number, frame in shown:
             self._missing.discard(number)
-            if ticks := self._part.segment_ticks.get(number, []):
+            ticks = self._part.segment_ticks.get(number)
+            if ticks is not None:
                 seen = self._seen(frame)
-                self._add_odd(seen)
+                if ticks:
+                    self._add_odd(seen)
                 self._use(seen, ticks)
                 self._waits[ticks] = False
         self._settle()
@@ -88,15 +102,25 @@ class CameraLane(Lane):
         shrinks = sample.rgb.shape[1] > IMAGE_WIDTH_PX
         how = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
         small = cv2.resize(sample.rgb, (IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX), interpolation=how)
-        self._set_reliability(ticks, image_reliability(sample.rgb, self._reliability))
+        frame = small.astype(np.uint8, copy=False)
+        if ticks:
+            self._set_reliability(ticks, image_reliability(sample.rgb, self._reliability))
+        elif self._last is None:
+            self._last = frame
         for tick in ticks:
-            self._frames[tick] = small.astype(np.uint8, copy=False)
+            self._frames[tick] = frame
 
     def _write(self, tick: int) -> None:
         frame = self._frames.pop(tick, None)
-        self._video.add(_BLACK if frame is None else frame)
         if frame is not None:
+            self._last = frame
             self.stats.add(frame)
+        if self._last is None:
+            self._before_first += 1
+            return
+        for _ in range(self._before_first + 1):
+            self._video.add(self._last)
+        self._before_first = 0
 
 
 def reshaped(frame: ImageFrame, first: tuple[int, int] | None) -> ImageFrame:

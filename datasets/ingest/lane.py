@@ -54,7 +54,8 @@ class Lane(ABC):
             self.undecodable += position in self._part.own
             self._give_up(ticks)
         else:
-            self._add_odd(sample)
+            if ticks or position in self._part.own:
+                self._add_odd(sample)
             self._use(sample, ticks, raw, position)
             self._waits[ticks] = False
         self._settle()

@@ -18,6 +18,7 @@ from navtool.datasets.ingest.plan_notes import (
     deskew_notes,
     geometry_notes,
     gravity_notes,
+    held_notes,
     stream_faults,
 )
 from navtool.datasets.ingest.sync_report import sync_report, time_notes
@@ -116,6 +117,7 @@ def plan_episode(
     notes = [*stream_faults(recording, found), *measured.notes, *discharge.notes, *heading_notes(small.get("odometry"))]
     notes += [*geometry_notes(found, calibration, changed), *gravity_notes(small.get("imu")), *unreadable_notes(found)]
     notes += [*recording.notes(), *level_notes(found.streams, views)]
+    notes += held_notes(large, grid, config.sync)
     notes += deskew_notes(small, wanted=config.deskew and "lidar" in large)
     return EpisodePlan(
         topics=topics,

@@ -2,14 +2,21 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+from jaxtyping import Int64
+
 from navtool.base.note import Note
+from navtool.datasets.ingest.grid import Grid
+from navtool.datasets.ingest.large_stream import LargeStream
 from navtool.datasets.recording import Recording
 from navtool.datasets.robot.calibration import Calibration
 from navtool.datasets.robot.gravity import odd_gravity
+from navtool.datasets.streams.config import SyncConfig
 from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.found_notes import recovered_notes, refused_notes
 from navtool.datasets.streams.table import of_kind, row_of, sensor_of
 from navtool.datasets.streams.timed_stream import TimedStream
+from navtool.pipeline.arrays import Array
 
 
 def stream_faults(recording: Recording, found: FirstPass) -> list[Note]:
@@ -57,6 +64,35 @@ def deskew_notes(small: Mapping[str, TimedStream], *, wanted: bool) -> list[Note
         return []
     what = "lidar: no odometry to compensate the robot's motion with; points stay as measured"
     return [Note("lidar.no-odometry", what)]
+
+
+def held_notes(large: Mapping[str, LargeStream], grid: Grid, sync: SyncConfig) -> list[Note]:
+    """Notes on cameras and LiDARs that have nothing for some of the rows, and the rate that would mend it."""
+    notes = []
+    for name, stream in large.items():
+        lacking, rows = int(np.count_nonzero(~stream.match.valid)), stream.match.valid.size
+        if not 0 < lacking < rows or (row_of(name).name == "lidar" and sensor_of(name)):
+            continue
+        camera = row_of(name).name == "camera"
+        what = "picture; the one before it stands there, not valid" if camera else "cloud, and are not valid"
+        text = f"{name}: {lacking} of {rows} rows have no {what}"
+        rate_hz = _rate_hz(grid.times[name].stamps_ns)
+        if rate_hz < 0.9 * _rate_hz(grid.ticks_ns) and rate_hz >= 1.0:
+            text += f"; it comes at {rate_hz:.1f} Hz: {_fitting(rate_hz, sync.key_of(name))} gives every row one"
+        notes.append(Note("camera.held" if camera else "lidar.lacking", text))
+    return notes
+
+
+def _fitting(rate_hz: float, key: str) -> str:
+    """The settings with which a stream of a rate serves every tick."""
+    whole = round(rate_hz)
+    if abs(rate_hz - whole) < 0.05:
+        return f"fps={whole}"
+    return f"fps={int(rate_hz)} {key}.tolerance_s={0.5 / rate_hz + 0.01:.2f}"
+
+
+def _rate_hz(stamps_ns: Int64[Array, " n"]) -> float:
+    return 1e9 / float(np.median(np.diff(stamps_ns))) if stamps_ns.size > 1 else 0.0
 
 
 def _calibration_notes(found: FirstPass, calibration: Calibration) -> list[Note]:

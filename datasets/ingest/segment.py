@@ -3,6 +3,7 @@
 The same recording is cut alike whoever works on it: one process after another or several at a time.
 """
 
+from bisect import bisect_right
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,13 +17,15 @@ from navtool.datasets.ingest.plan import EpisodePlan
 from navtool.datasets.store.row_points import ROWS_PER_PART, points_part
 from navtool.datasets.store.stats import ImageStats
 from navtool.datasets.streams.motion import Motion
-from navtool.datasets.streams.table import sensor_of
+from navtool.datasets.streams.table import of_kind, sensor_of
 from navtool.datasets.streams.video_survey import VideoSurvey
 from navtool.pipeline.arrays import Array
 
 TICKS_PER_SEGMENT = ROWS_PER_PART
 """A segment writes a file of the rows' points whole."""
 
+_HELD_SEGMENTS = 4
+"""A picture that is further away than so many segments is not fetched: the rows of a camera that failed are black."""
 _SWEEP_NS = 1_000_000_000
 """No sweep lasts longer."""
 
@@ -121,6 +124,8 @@ def cut_segments(plan: EpisodePlan) -> list[Segment]:
     total = int(plan.ticks_ns.size)
     count = -(-total // TICKS_PER_SEGMENT)
     parts = {name: _cut(stream, count) for name, stream in plan.large.items()}
+    for name in of_kind("camera", parts):
+        _add_held(plan.large[name], parts[name])
     return [
         _segment(plan, number, min(TICKS_PER_SEGMENT, total - number * TICKS_PER_SEGMENT), parts)
         for number in range(count)
@@ -191,6 +196,19 @@ def _cut(stream: LargeStream, count: int) -> list[tuple[list[int], list[int]]]:
     if stream.kept is not None:
         home[~stream.kept] = -1
     return [(serving[segment], np.flatnonzero(home == segment).tolist()) for segment in range(count)]
+
+
+def _add_held(stream: LargeStream, parts: list[tuple[list[int], list[int]]]) -> None:
+    """Let a segment whose first ticks have no picture read the one before, or else the next one, which stands there."""
+    served = sorted((tick, position) for position, ticks in stream.episode_ticks.items() for tick in ticks)
+    ticks = [tick for tick, _ in served]
+    for segment, (serving, _) in enumerate(parts):
+        first = segment * TICKS_PER_SEGMENT
+        at = bisect_right(ticks, first) - 1
+        if served and not (at >= 0 and ticks[at] == first):
+            tick, position = served[max(at, 0)]
+            if abs(tick - first) < _HELD_SEGMENTS * TICKS_PER_SEGMENT and position not in serving:
+                serving.append(position)
 
 
 def _part(

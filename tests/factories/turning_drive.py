@@ -33,6 +33,7 @@ class TurningDrive:
         header_s: What is added to the header stamps of a stream.
         late_s: How long after the measurement a stream is recorded; 5 ms where it is not said.
         jitter_s: By how much more, now and then.
+        rates_hz: Of streams that come at another rate than the usual one.
         drift: How much faster than the recorder's a stream's header clock runs.
     """
 
@@ -43,6 +44,7 @@ class TurningDrive:
     late_s: Mapping[str, float] = field(default_factory=dict)
     jitter_s: Mapping[str, float] = field(default_factory=dict)
     drift: Mapping[str, float] = field(default_factory=dict)
+    rates_hz: Mapping[str, float] = field(default_factory=dict)
 
     def rate_radps(self, time_s: float) -> float:
         """The turning rate, to the left."""
@@ -58,8 +60,9 @@ class TurningDrive:
         forward = np.cumsum(np.column_stack([np.cos(yaws), np.sin(yaws)]) * SPEED_MPS * 0.002, axis=0)
         entries: list[Entry] = [("/tf_static", "tf2_msgs/msg/TFMessage", START_NS, {"transforms": _mounts()})]
         for stream in self.streams:
-            for number in range(int(self.seconds * RATES_HZ[stream]) + 1):
-                time_s = number / RATES_HZ[stream]
+            rate_hz = self.rates_hz.get(stream, RATES_HZ[stream])
+            for number in range(int(self.seconds * rate_hz) + 1):
+                time_s = number / rate_hz
                 at = round(time_s / 0.002)
                 pose = float(yaws[at]), float(forward[at, 0]), float(forward[at, 1])
                 header_s = self.header_s.get(stream, 0.0) + self.drift.get(stream, 0.0) * time_s

@@ -225,7 +225,8 @@ def test_images_that_cannot_be_decoded_are_counted_by_camera(
     dataset = NavDataset(tmp_path / "out")
     assert np.flatnonzero(~dataset.column("valid.camera.rear")).tolist() == [7, 8]
     assert dataset.column("valid.camera").all()
-    assert dataset.image(7, "rear").mean() < 1, "black, as far as the codec keeps it"
+    held, before = (dataset.image(row, "rear").astype(int) for row in (7, 6))
+    assert np.abs(held - before).mean() < 2, "the one before, as far as the codec keeps it"
 
 
 def test_a_further_sensors_time_is_set_by_its_name(
