@@ -48,7 +48,9 @@ def heading_notes(odometry: TimedStream | None) -> list[Note]:
     if stamps_ns.size < 2:
         return []
     step_ns = round(_STEP_S * 1e9)
-    begins = np.arange(stamps_ns[0], stamps_ns[-1] - step_ns + 1, step_ns)
+    # Steps that have poses: a stamp that is years away makes no years of steps.
+    begins = stamps_ns[0] + np.unique((stamps_ns - stamps_ns[0]) // step_ns) * step_ns
+    begins = begins[begins <= stamps_ns[-1] - step_ns]
     start, middle, end = (np.searchsorted(stamps_ns, begins + after_ns) for after_ns in (0, step_ns // 2, step_ns))
     position = odometry.columns("x_m", "y_m")[usable]
     travel = _in_body(position[end] - position[start], yaw_from_quaternion(attitude[usable][middle]))
