@@ -22,6 +22,7 @@ HEAD = """# Real recordings
 
 What `navtool ingest` makes of real recordings of many labs, each by itself, without a robot file: every one gives a
 data set or the reason why not. Written by `python benchmarks/recordings.py` where `NAVTOOL_DATA` names the recordings.
+What of a recording is read and believed, and what is noted, says [ingest.md](ingest.md).
 
 | recording | container | messages | streams, messages at Hz | rows | messages without a row | or why there is none |
 |---|---|---|---|---|---|---|
