@@ -9,8 +9,12 @@ from navtool.datasets.check.content import FROZEN_S
 from navtool.datasets.check.findings import Findings, Severity, first_line, name_of, runs, short
 from navtool.datasets.robot.gravity import odd_gravity
 from navtool.datasets.store.reader import Episode, NavDataset
-from navtool.datasets.streams.rows import JOINT_KINDS
+from navtool.datasets.streams.clock import StreamTime
+from navtool.datasets.streams.odometry_twist import twist_apart
+from navtool.datasets.streams.recorded_stream import RecordedStream
+from navtool.datasets.streams.rows import JOINT_KINDS, ODOMETRY_COLUMNS
 from navtool.datasets.streams.table import STREAMS
+from navtool.datasets.streams.timed_stream import TimedStream
 from navtool.pipeline.arrays import Array
 
 _ACCELERATION = ("ax_mps2", "ay_mps2", "az_mps2")
@@ -54,12 +58,22 @@ def _values(where: str, stream: str, stamps: Int64[Array, " n"], columns: dict[s
         yield Severity.WARN, where, f"NaN as recorded: {', '.join(lacking[:6])}{' and more' if lacking[6:] else ''}"
     if stream == "imu" and (odd := odd_gravity(np.column_stack([columns[name] for name in _ACCELERATION]))):
         yield Severity.WARN, where, odd
+    if stream == "odometry" and tuple(columns) == ODOMETRY_COLUMNS:
+        for note in twist_apart(_timed(stamps, columns)):
+            yield Severity.WARN, where, note.text.removeprefix("odometry: ")
     if stream in STREAMS and STREAMS[stream].never_still:
         table = np.column_stack(list(columns.values()))
         same = np.concatenate([[False], (table[1:] == table[:-1]).all(axis=1)])
         longest = max(((stamps[end - 1] - stamps[first - 1]) * 1e-9 for first, end in runs(same)), default=0.0)
         if longest >= FROZEN_S:
             yield Severity.WARN, where, f"the measured values are frozen for {longest:.1f} s"
+
+
+def _timed(stamps: Int64[Array, " n"], columns: dict[str, Array]) -> TimedStream:
+    """A native stream as the first pass reads it."""
+    rows = list(zip(*(values.tolist() for values in columns.values()), strict=True))
+    recorded = RecordedStream("", rows=rows, columns=tuple(columns))
+    return TimedStream.of(recorded, StreamTime(stamps, np.arange(stamps.size), "header"))
 
 
 def _lacking(stream: str, name: str, columns: dict[str, Array]) -> float:

@@ -19,12 +19,9 @@ from navtool.datasets.store.schema import (
 )
 from navtool.datasets.streams.config import StreamSync, SyncConfig
 from navtool.datasets.streams.sync import Brackets, around_ticks
-from navtool.datasets.streams.timed_stream import TimedStream, unit_quaternions
+from navtool.datasets.streams.timed_stream import TimedStream, measured, unit_quaternions
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import quaternion_to_rpy, slerp, wrap_angle
-
-STANDSTILL_M = 0.5
-"""An odometry whose twists are all zero while its poses move further than this does not measure speeds."""
 
 
 @dataclass(slots=True)
@@ -91,34 +88,16 @@ def _state(out: SmallColumns, ticks_ns: Int64[Array, " ticks"], stream: TimedStr
         out.notes.append(Note("state.no-odometry", what))
     else:
         around = _around(stream, ticks_ns, sync)
-        finite = np.asarray(np.isfinite(stream.values).all(axis=1))
+        finite = measured(stream)
         usable = around.valid & finite[around.before] & finite[around.after]
         around = Brackets(around.before, around.after, around.weight, around.error_s, usable)
         _mark(out, "state", around, usable)
         values = np.where(finite[:, None], stream.values, 0.0)
         clean = TimedStream(stream.recorded, stream.time, values)
-        state = around.linear(_speeds(out, clean, finite))
+        state = around.linear(clean.columns("vx_mps", "wz_radps"))
         pose = _relative_pose(clean, around)
     out.values[STATE_KEY] = state.astype(np.float32)
     out.values[POSE_KEY] = pose.astype(np.float32)
-
-
-def _speeds(out: SmallColumns, stream: TimedStream, known: Bool[Array, " kept"]) -> Float64[Array, "kept 2"]:
-    """Forward speed and turning rate; 0 where they are not known."""
-    measured = stream.columns("vx_mps", "wz_radps")
-    position = stream.columns("x_m", "y_m")[known]
-    path_m = float(np.linalg.norm(np.diff(position, axis=0), axis=1).sum())
-    if measured.any() or path_m < STANDSTILL_M or len(position) < 2:
-        return measured
-    what = f"state: every twist is 0 while the poses move {path_m:.1f} m; speeds are differences of poses"
-    out.notes.append(Note("state.no-twist", what))
-    time_s = (stream.time.stamps_ns[known] - stream.time.stamps_ns[0]) * 1e-9
-    yaw = np.unwrap(quaternion_to_rpy(unit_quaternions(stream)[known])[:, 2])
-    velocity = np.gradient(position, time_s, axis=0)
-    forward = velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw)
-    speeds = np.zeros_like(measured)
-    speeds[known] = np.column_stack([forward, np.gradient(yaw, time_s)])
-    return speeds
 
 
 def _relative_pose(stream: TimedStream, around: Brackets) -> Float64[Array, "ticks 6"]:

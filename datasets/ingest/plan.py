@@ -36,7 +36,6 @@ from navtool.datasets.streams.first_pass import FirstPass, first_pass, refuse_un
 from navtool.datasets.streams.found_notes import level_notes, picture_views, unreadable_notes
 from navtool.datasets.streams.measured_offsets import measure_offsets
 from navtool.datasets.streams.motion import Motion
-from navtool.datasets.streams.odometry_heading import heading_notes
 from navtool.datasets.streams.small_streams import small_streams
 from navtool.datasets.streams.table import grid_streams, lone_grid_streams, of_kind, sensor_of
 from navtool.datasets.streams.timed_stream import motion_of
@@ -101,12 +100,13 @@ def plan_episode(
     grid = lay_grid(recording, topics, clocks, config.fps)
     contents = fixed or contents_to_be(contents_of(found), robot)
     calibration, changed = _calibration(robot, found)
-    small = small_streams(found, grid.times, calibration, robot)
-    compared = measure_offsets(recording, topics.streams, clocks, grid.times, small)
+    read = small_streams(found, grid.times, calibration, robot)
+    compared = measure_offsets(recording, topics.streams, clocks, grid.times, read.streams)
     if compared.clocks.offsets != clocks.offsets:
         clocks = compared.clocks
         grid = lay_grid(recording, topics, clocks, config.fps)
-        small = small_streams(found, grid.times, calibration, robot)
+        read = small_streams(found, grid.times, calibration, robot)
+    small = read.streams
     discharge = discharge_sign(robot.battery_current_sign, small.get("battery"))
     measured = small_columns(grid.ticks_ns, small, contents, config.sync, discharge.sign)
     views = picture_views(robot, found.streams)
@@ -114,7 +114,7 @@ def plan_episode(
     columns = measured.values | served_columns(large, contents, grid.ticks_ns)
     if streams_to is not None:
         write_streams(streams_to, small)
-    notes = [*stream_faults(recording, found), *measured.notes, *discharge.notes, *heading_notes(small.get("odometry"))]
+    notes = [*stream_faults(recording, found), *measured.notes, *discharge.notes, *read.odometry_notes]
     notes += [*geometry_notes(found, calibration, changed), *gravity_notes(small.get("imu")), *unreadable_notes(found)]
     notes += [*recording.notes(), *level_notes(found.streams, views)]
     notes += held_notes(large, grid, config.sync)
@@ -129,7 +129,9 @@ def plan_episode(
         motion=motion_of(small.get("odometry"), config.sync.odometry.tolerance_s) if config.deskew else None,
         calibration=calibration,
         recording_start_ns=clocks.on_clock_of(grid.stream, recording.start_ns),
-        sync_report=sync_report(found, clocks, grid, columns, config.sync, compared.measured),
+        sync_report=sync_report(
+            found, clocks, grid, columns, config.sync, compared.measured, {"odometry": read.odometry_notes}
+        ),
         dropped=dropped_messages(found, grid, large, contents),
         notes=notes,
         odd=odd_of_first_pass(found, recording),

@@ -33,10 +33,14 @@ def sync_report(
     columns: Mapping[str, Column],
     config: SyncConfig,
     measured: Mapping[str, Measured],
+    further: Mapping[str, list[Note]],
 ) -> dict[str, object]:
     """The content of ``sync.json``: the grid, and for each stream how it was brought onto it.
 
     Times within the recording are seconds from the grid's first tick.
+
+    Args:
+        further: What else is to be said of single streams.
     """
     streams, start_ns = {}, int(grid.ticks_ns[0])
     for name, time in grid.times.items():
@@ -63,7 +67,7 @@ def sync_report(
             "ticks_served": None if valid is None else int(valid.sum()),
             "error_median_s": _rounded(np.median(errors)) if errors.size else None,
             "error_max_s": _rounded(errors.max()) if errors.size else None,
-            "notes": plain(_notes(name, time, clocks)),
+            "notes": plain([*_notes(name, time, clocks), *further.get(name, [])]),
         }
     return {
         "grid_stream": grid.stream,

@@ -15,6 +15,7 @@ from navtool.base.setting_error import Fault, refuse
 from navtool.base.yaml_text import load_yaml
 from navtool.datasets.decode.levels import Levels
 from navtool.datasets.decode.picture_view import Colours, PictureView
+from navtool.datasets.robot.odometry_twist import OdometryTwist
 from navtool.datasets.streams.table import FRONT, POSED, SENSOR_NAME, STREAMS, further, in_order, row_of, sensor_of
 from navtool.pipeline.geometry.distortion import LENS_MODELS
 from navtool.pipeline.geometry.lens_names import lens_of
@@ -245,6 +246,9 @@ class RobotConfig:
     """
     odometry_yaw_rad: float = 0.0
     """Added to the yaw of the odometry's poses, in the body's own frame; where x of its body does not look forward."""
+    odometry_twist: OdometryTwist | None = field(default=None, metadata=LEFT_OUT_WHILE_EMPTY)
+    """Where the odometry's speeds come from: as_recorded, parent_frame (turned out of the axes of its poses' frame) or
+    from_poses; None compares them with the poses, mends what these tell, and says so."""
     joy: JoyCommand | None = None
     """What the axes of a joystick mean that stands in for commands; None where there is none."""
     camera: CameraFallback | None = None

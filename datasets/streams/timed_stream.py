@@ -10,6 +10,8 @@ from navtool.datasets.streams.motion import Motion
 from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.pipeline.arrays import Array
 
+_USED = ("x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "vx_mps", "wz_radps")
+
 
 @dataclass(frozen=True, slots=True)
 class TimedStream:
@@ -41,10 +43,15 @@ def unit_quaternions(stream: TimedStream) -> Float64[Array, "kept 4"]:
     return np.where(unset[:, None], np.array([0.0, 0.0, 0.0, 1.0]), quaternions)
 
 
+def measured(odometry: TimedStream) -> Bool[Array, " kept"]:
+    """Which messages of an odometry say what the rows are made of: the pose, the speed forward and the turning rate."""
+    return np.asarray(np.isfinite(odometry.columns(*_USED)).all(axis=1))
+
+
 def motion_of(odometry: TimedStream | None, max_gap_s: float) -> Motion | None:
     """The robot's motion by its odometry, where it has one."""
     if odometry is None or not len(odometry.values):
         return None
-    finite = np.isfinite(odometry.values).all(axis=1)
+    finite = measured(odometry)
     position = odometry.columns("x_m", "y_m", "z_m")[finite]
     return Motion(odometry.time.stamps_ns[finite], position, unit_quaternions(odometry)[finite], max_gap_s)

@@ -12,19 +12,16 @@ from navtool.datasets.decode.messages import PointCloud
 from navtool.datasets.recording import RawMessage, Recording
 from navtool.datasets.recording.changed import changed_meanwhile
 from navtool.datasets.recording.identity import source_name
-from navtool.datasets.robot.calibration import Calibration, calibrate
+from navtool.datasets.robot.calibration import calibrate
 from navtool.datasets.robot.config import NO_TOPIC, RobotConfig, TopicCandidates
 from navtool.datasets.robot.recorded_geometry import RecordedGeometry, latest_transforms
 from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
-from navtool.datasets.streams.align import in_base_axes
-from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.config import SyncConfig
 from navtool.datasets.streams.first_pass import FirstPass, first_pass, refuse_unreadable
 from navtool.datasets.streams.found_notes import recovered_notes, refused_notes, unreadable_notes
-from navtool.datasets.streams.odometry_heading import turned_odometry
 from navtool.datasets.streams.rows import ODOMETRY_COLUMNS
-from navtool.datasets.streams.timed_stream import TimedStream
+from navtool.datasets.streams.small_streams import SmallStreams, small_streams
 from navtool.methods.along.odometry_table import OdometryTable
 from navtool.methods.along.streams import Cloud, Streams
 from navtool.pipeline.arrays import Array
@@ -58,11 +55,12 @@ class RecordedStreams(Streams):
         transforms, _ = latest_transforms(found.transforms)
         frames = {name: stream.frame_id for name, stream in found.streams.items()}
         calibration = calibrate(robot, RecordedGeometry(frames, transforms), {})
-        odometry = _odometry(found, times, calibration, robot)
+        small = small_streams(found, times, calibration, robot)
+        odometry = _odometry(small)
         there = {name: stream.topic for name, stream in found.streams.items()}
         super().__init__(source_name(recording.path), there, calibration, odometry, odometry_gap_s)
         self.notes = [*recovered_notes(recording), *topics.notes, *self.notes]
-        self.notes += [*found.notes, *_stream_notes(found)]
+        self.notes += [*found.notes, *_stream_notes(found), *small.odometry_notes]
         self._recording = recording
         if "odometry" in there:
             self.odometry_frame = _frame_of(recording, there["odometry"]) or self.odometry_frame
@@ -94,15 +92,12 @@ class RecordedStreams(Streams):
             raise changed_meanwhile(self._recording.path)
 
 
-def _odometry(
-    found: FirstPass, times: dict[str, StreamTime], calibration: Calibration, robot: RobotConfig
-) -> OdometryTable | None:
+def _odometry(small: SmallStreams) -> OdometryTable | None:
     """The odometry of the base frame."""
-    if "odometry" not in found.streams or found.streams["odometry"].columns != ODOMETRY_COLUMNS:
+    odometry = small.streams.get("odometry")
+    if odometry is None or odometry.recorded.columns != ODOMETRY_COLUMNS:
         return None
-    recorded = {"odometry": TimedStream.of(found.streams["odometry"], times["odometry"])}
-    aligned = turned_odometry(in_base_axes(recorded, calibration)["odometry"], robot.odometry_yaw_rad)
-    return OdometryTable(aligned.time.stamps_ns, aligned.values) if len(aligned.values) else None
+    return OdometryTable(odometry.time.stamps_ns, odometry.values) if len(odometry.values) else None
 
 
 def _frame_of(recording: Recording, topic: str) -> str | None:

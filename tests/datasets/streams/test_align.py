@@ -13,6 +13,7 @@ from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.robot.config import Mounting, RobotConfig
 from navtool.datasets.robot.gravity import odd_gravity
+from navtool.datasets.robot.odometry_twist import OdometryTwist
 from navtool.datasets.store.reader import NavDataset
 from navtool.pipeline.geometry.transforms import (
     quaternion_from_rpy,
@@ -71,13 +72,13 @@ def test_imu_and_odometry_are_turned_into_the_base_frame(
     mount = transform_from_xyz_rpy(np.array(xyz), np.array(rpy))
     straight = [entry for entry in drive_entries(4.0) if entry[0] != "/tf_static"]
     mounted = Mounting(xyz_m=list(xyz), rpy_rad=list(rpy))
-    reports = {}
+    reports, as_recorded = {}, OdometryTwist.as_recorded  # its poses do not turn
     for case, entries, robot in (
-        ("as it is", [_in_sensor(entry, np.eye(4)) for entry in straight], RobotConfig()),
+        ("as it is", [_in_sensor(entry, np.eye(4)) for entry in straight], RobotConfig(odometry_twist=as_recorded)),
         (
             "mounted",
             [_in_sensor(entry, mount) for entry in straight],
-            RobotConfig(mounting={"imu": mounted, "odometry": mounted}),
+            RobotConfig(mounting={"imu": mounted, "odometry": mounted}, odometry_twist=as_recorded),
         ),
     ):
         path = write_recording("mcap", entries, name=f"bag {case}")
