@@ -11,6 +11,7 @@ from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.clocks import Clocks
+from navtool.datasets.streams.from_transforms import may_hold_odometry
 from navtool.datasets.streams.sync import grid_ticks
 from navtool.datasets.streams.table import grid_streams, lone_grid_streams
 from navtool.pipeline.arrays import Array
@@ -41,7 +42,8 @@ def usable_topics(recording: Recording, robot: RobotConfig) -> TopicMap:
         DatasetsError: No stream can span a grid.
     """
     topics = resolve_topic_map(robot, recording.topics)
-    if not (grid_streams(topics.streams) or lone_grid_streams(topics.streams)):
+    spanned = grid_streams(topics.streams) or lone_grid_streams(topics.streams)
+    if not (spanned or may_hold_odometry(topics, robot)):
         raise _nothing_usable(recording, topics)
     return topics
 

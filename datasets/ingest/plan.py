@@ -34,6 +34,7 @@ from navtool.datasets.streams.battery_sign import discharge_sign
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.first_pass import FirstPass, first_pass, refuse_unreadable
 from navtool.datasets.streams.found_notes import level_notes, picture_views, unreadable_notes
+from navtool.datasets.streams.from_transforms import add_from_transforms
 from navtool.datasets.streams.measured_offsets import measure_offsets
 from navtool.datasets.streams.motion import Motion
 from navtool.datasets.streams.small_streams import small_streams
@@ -94,6 +95,8 @@ def plan_episode(
     topics = usable_topics(recording, robot)
     joint_names = tuple(robot.joint_names) if fixed is None else fixed.joint_names
     found = first_pass(recording, topics, joint_names, robot.joy, on_reached, robot.source_frames())
+    add_from_transforms(found, recording, robot)
+    topics = found.topics
     if not (grid_streams(found.streams) or lone_grid_streams(found.streams)):
         refuse_unreadable(found, (*grid_streams(found.unreadable), *lone_grid_streams(found.unreadable)))
     clocks = Clocks.of(found, config.sync)

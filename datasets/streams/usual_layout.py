@@ -61,3 +61,16 @@ _BEHIND_HEADER: dict[str, Layout] = {
 }
 USUAL = tuple(_BEHIND_HEADER)
 """The types with a usual layout."""
+
+
+def _transforms(header: Layout) -> Layout:
+    moved = (("translation", _VECTOR), ("rotation", _QUATERNION))
+    stamped = (("header", header), ("child_frame_id", _TEXT), ("transform", moved))
+    return (("transforms", (_SEQUENCE, stamped, 0)),)
+
+
+TRANSFORMS_LAYOUT = {
+    "ros1": _transforms((("seq", _U32), ("stamp", _STAMP), ("frame_id", _TEXT))),
+    "cdr": _transforms((("stamp", _STAMP), ("frame_id", _TEXT))),
+}
+"""The fields of a message of transforms, by encoding."""

@@ -20,6 +20,7 @@ from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.config import SyncConfig
 from navtool.datasets.streams.first_pass import FirstPass, first_pass, refuse_unreadable
 from navtool.datasets.streams.found_notes import recovered_notes, refused_notes, unreadable_notes
+from navtool.datasets.streams.from_transforms import add_from_transforms, may_hold_odometry
 from navtool.datasets.streams.rows import ODOMETRY_COLUMNS
 from navtool.datasets.streams.small_streams import SmallStreams, small_streams
 from navtool.methods.along.odometry_table import OdometryTable
@@ -48,6 +49,7 @@ class RecordedStreams(Streams):
     ) -> None:
         topics = _topics(recording, robot, reads)
         found = first_pass(recording, topics, (), frames=robot.source_frames())
+        add_from_transforms(found, recording, robot, odometry="odometry" in reads)
         if reads[0] not in found.streams:
             refuse_unreadable(found, reads[:1])
             raise _missing(recording, topics, reads[0])
@@ -128,7 +130,7 @@ def _topics(recording: Recording, robot: RobotConfig, reads: Sequence[str]) -> T
     first = replace(robot, topics=replace(robot.topics, **others), cameras={})
     topics = resolve_topic_map(first, recording.topics)
     topics = replace(topics, streams={name: topic for name, topic in topics.streams.items() if name in reads})
-    if reads[0] not in topics.streams:
+    if reads[0] not in topics.streams and not (reads[0] == "odometry" and may_hold_odometry(topics, robot)):
         raise _missing(recording, topics, reads[0])
     return topics
 

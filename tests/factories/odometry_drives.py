@@ -111,6 +111,26 @@ def _summed(rate: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * _STEP_S)])
 
 
+def transforms_entry(
+    time_s: float, edges: list[tuple[str, str, list[float]]], topic: str = "/tf", *, ros1: bool = False
+) -> tuple[str, str, int, dict[str, Any]]:
+    """A message of transforms: parent, child, and x, y, z with the quaternion (x, y, z, w)."""
+    stamp = START_NS + round(time_s * 1e9)
+    entries = [
+        {
+            "header": {"stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9}, "frame_id": parent},
+            "child_frame_id": child,
+            "transform": {
+                "translation": dict(zip("xyz", pose[:3], strict=True)),
+                "rotation": dict(zip("xyzw", pose[3:], strict=True)),
+            },
+        }
+        for parent, child, pose in edges
+    ]
+    kind = "tf/msg/tfMessage" if ros1 else "tf2_msgs/msg/TFMessage"
+    return topic, kind, stamp + 2_000_000, {"transforms": entries}
+
+
 def into_parent(_: Array, values: Array) -> None:
     """Velocities in the axes of the poses' frame, as Gazebo's plug-ins and motion capture write them."""
     turn = Rotation.from_quat(values[:, 3:7])
