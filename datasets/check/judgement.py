@@ -3,6 +3,7 @@
 import numpy as np
 
 from navtool.datasets.check.findings import Findings, Severity, name_of
+from navtool.datasets.check.plausible_labels import check_plausible
 from navtool.datasets.robot.calibration import Calibration
 from navtool.datasets.store.reader import NavDataset
 from navtool.datasets.store.schema import Contents
@@ -23,10 +24,12 @@ def check_labels(dataset: NavDataset) -> Findings:
     if np.unique(outcomes).size == 1:
         word = "success" if outcomes[0] == 1 else "failure"
         yield Severity.WARN, "label.outcome", f"every row is a {word}: a model cannot learn to tell them apart"
+        yield from check_plausible(dataset)
         return
     failed = float((outcomes == 0).mean())
     if not RARE_SHARE <= failed <= 1 - RARE_SHARE:
         yield Severity.WARN, "label.outcome", f"{failed:.2%} of the rows are failures: record more of the other kind"
+    yield from check_plausible(dataset)
 
 
 def check_calibrations(dataset: NavDataset) -> Findings:
