@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup check test test-all bench demo clean lock
+.PHONY: help setup check test test-all test-wheel bench demo clean lock
 
 PYTHON ?= python3
 VENV := .venv
@@ -45,6 +45,9 @@ test: setup ## the quick tests
 
 test-all: setup ## every test, the properties on new examples each time
 	export NAVTOOL_EXPLORE=1; $(PYTEST)
+
+test-wheel: setup ## the wheel in new environments, with the newest and the lowest versions that it allows
+	$(BIN)/python tests/wheel/chain.py $(UV)
 
 bench: setup ## benchmarks; ONLY=name runs one
 	$(COMPILE)

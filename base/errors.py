@@ -1,4 +1,4 @@
-"""The root of every error that navtool raises for bad input, and the two that every command may meet."""
+"""The root of every error that navtool raises for bad input, and those that every command may meet."""
 
 
 class NavtoolError(Exception):
@@ -26,6 +26,10 @@ class NavtoolError(Exception):
 
 class DatasetsError(NavtoolError):
     """An input cannot be used as it is: a file, a folder, a recording, a data set."""
+
+
+class OccupiedError(DatasetsError):
+    """Where the output is to go lies something else, or the same of other settings: a wrong call, no input's fault."""
 
 
 class OutputError(DatasetsError):

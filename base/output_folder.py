@@ -11,11 +11,11 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import IO
 
-from navtool.base.errors import DatasetsError, OutputError
+from navtool.base.errors import DatasetsError, OccupiedError, OutputError
 from navtool.base.file_lock import take_lock
 from navtool.base.files import read_json, write_json
 from navtool.base.from_plain import from_plain
-from navtool.base.plain import Dataclass, plain_fields
+from navtool.base.plain import Dataclass, flatten, plain_fields
 from navtool.base.setting_error import SettingError
 
 LINEAGE = "lineage.json"
@@ -38,7 +38,7 @@ class OutputFolder:
     kind: str | None = None
     """What the output's record calls it; None where a record of this name is nobody else's."""
     identity: Mapping[str, object] = field(default_factory=dict)
-    """What has to be equal for the same output: hashes or settings, plain values by their names."""
+    """What has to be equal for the same output: hashes, and ``settings`` by their keys; plain values."""
     record: str = LINEAGE
     """Name of the file or folder by which the output is known."""
     lock: str = ".lock"
@@ -48,16 +48,16 @@ class OutputFolder:
         """Do nothing where the output is or may be made.
 
         Raises:
-            DatasetsError: It is a file, or a folder that holds something else.
+            OccupiedError: It is a file, or a folder that holds something else.
         """
         if self.root.exists() and not self.root.is_dir():
-            raise DatasetsError("is a file", where=self.root, cure="name a folder")
+            raise OccupiedError("is a file", where=self.root, cure="name a folder")
         if not self.root.is_dir() or self._is_ours():
             return
         strangers = sorted(path.name for path in self.root.iterdir() if path.name != self.lock)
         if strangers:
             what = f"the folder holds something else ({', '.join(strangers[:3])})"
-            raise DatasetsError(what, where=self.root, cure="name an empty or a new folder")
+            raise OccupiedError(what, where=self.root, cure="name an empty or a new folder")
 
     def refuse_differing(self, before: Mapping[str, object]) -> None:
         """Do nothing where an output of this identity has the one of this folder.
@@ -66,14 +66,14 @@ class OutputFolder:
             before: The identity of what is in the folder.
 
         Raises:
-            DatasetsError: It was made from something else; what differs is named.
+            OccupiedError: It was made from something else; what differs is named.
         """
-        keys = {**self.identity, **before}
-        differ = [key for key in keys if before.get(key) != self.identity.get(key)]
+        now, then = flatten(self.identity), flatten(before)
+        differ = [key for key in {**now, **then} if then.get(key) != now.get(key)]
         if differ:
-            named = ", ".join(_difference(key, before.get(key), self.identity.get(key)) for key in differ[:_SHOWN])
+            named = ", ".join(_difference(key, then.get(key), now.get(key)) for key in differ[:_SHOWN])
             more = f" and {len(differ) - _SHOWN} more" if len(differ) > _SHOWN else ""
-            raise DatasetsError(f"what is here was made with another {named}{more}", where=self.root, cure=_OTHER)
+            raise OccupiedError(f"what is here was made with another {named}{more}", where=self.root, cure=_OTHER)
 
     def finished[T: Dataclass](self, report: type[T]) -> T | None:
         """What was reported of the finished output that lies here; None where there is none.
@@ -82,7 +82,8 @@ class OutputFolder:
             report: The dataclass of it. What it does not know is left out; its ``out`` is this folder.
 
         Raises:
-            DatasetsError: What is here was made from something else; what differs is named.
+            OccupiedError: What is here was made from something else; what differs is named.
+            DatasetsError: Its record is damaged.
         """
         file = self.root / self.record
         if not file.is_file():
@@ -212,6 +213,7 @@ def _swap(staging: Path, whole: Path, *, replace: bool) -> None:
 
 def _difference(key: str, before: object, now: object) -> str:
     """A key that differs, with its values where a person can read them."""
+    key = key.removeprefix("settings.")
     name = key.replace("_", " ") if "." not in key else key
     short = all(len(str(value)) <= _SHORT for value in (before, now))
     return f"{name} (was {before}, now {now})" if short else name

@@ -33,6 +33,8 @@ def check(
                 ("severity", "check", "where", "what"),
                 ((f.severity.value, f.check, f.where, f.message) for f in report.findings),
             )
+        if report.splits:
+            print_table("Splits", ("split", "holds"), report.splits.items())
         fails = sum(finding.severity.value == "FAIL" for finding in report.findings)
         verdict = "passed" if report.passed else "FAILED"
         looked = f"{len(report.checks)} checks over {report.episodes} episodes, {report.rows} rows"

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
 
 from navtool.base.errors import NavtoolError
 from navtool.base.setting_error import SettingError
@@ -50,7 +51,7 @@ def compose[T](config: str, overrides: Sequence[str], result: type[T]) -> T:
     register(config)
     GlobalHydra.instance().clear()
     try:
-        with usage_errors(), initialize_config_dir(str(config_folder()), version_base="1.3"):
+        with usage_errors(config), initialize_config_dir(str(config_folder()), version_base="1.3"):
             return to_typed(hydra_compose(config, merged), result)
     except ChoiceError as error:
         # A type's values are not all for every setting of that type: each is tried.
@@ -139,8 +140,12 @@ def to_typed[T](composed: object, result: type[T]) -> T:
 
 
 @contextmanager
-def usage_errors() -> Iterator[None]:
-    """Turn what Hydra and OmegaConf raise about a configuration into one readable message."""
+def usage_errors(config: str | None = None) -> Iterator[None]:
+    """Turn what Hydra and OmegaConf raise about a configuration into one readable message.
+
+    Args:
+        config: The name of the configuration, whose nearest key is told in the place of one that there is not.
+    """
     from hydra.errors import HydraException, MissingConfigException
     from omegaconf.errors import OmegaConfBaseException
 
@@ -153,13 +158,60 @@ def usage_errors() -> Iterator[None]:
             group, _, name = str(error.missing_cfg_file).rpartition("/")
             options = sorted(option for option in error.options if not option.endswith("_schema"))
             raise _unknown_option(name, options, group) from error
-        raise UsageError(_readable(error) + _meant(error), cure=_CURE) from error
+        raise (_unknown_key(error, config) or _unquoted(error) or UsageError(_readable(error), cure=_CURE)) from error
     except AssertionError as error:
         if not str(error).startswith("Unexpected type for root: NoneType"):
             raise
         # what OmegaConf says of a key below a group that is null, as robot.joy is where there is no joystick
         cure = "write the whole group into a robot file, and pass it with --robot"
         raise UsageError("an override sets a key of a group that is not there", cure=cure) from error
+
+
+def _unknown_key(error: BaseException | None, config: str | None) -> UsageError | None:
+    """What is said where a key does not exist: the one that was meant, if any is near."""
+    from omegaconf.errors import ConfigAttributeError, ConfigKeyError
+
+    from navtool.base.from_plain import did_you_mean
+
+    while error is not None and not isinstance(error, ConfigAttributeError | ConfigKeyError):
+        error = error.__cause__
+    if error is None or not error.full_key:
+        return None
+    key = str(error.full_key)
+    beside = [field.name for field in fields(error.object_type)] if is_dataclass(error.object_type) else []
+    hint = did_you_mean(str(error.key), beside)
+    if not hint and config is not None:
+        known, last = list(_known_keys(config)), key.rpartition(".")[2]
+        alike = sorted((other for other in known if other.rpartition(".")[2] == last), key=len)
+        hint = f" (did you mean {alike[0]!r}?)" if alike else did_you_mean(key, known)
+    return UsageError(f"there is no setting {key}{hint}", cure=_CURE)
+
+
+def _known_keys(config: str) -> Iterator[str]:
+    """The dotted keys of a configuration as it is without overrides."""
+    from hydra import compose as hydra_compose
+    from hydra import initialize_config_dir
+    from hydra.core.global_hydra import GlobalHydra
+    from omegaconf import OmegaConf
+
+    from navtool.base.plain import flatten
+    from navtool.configs.schema import config_folder
+
+    GlobalHydra.instance().clear()
+    with initialize_config_dir(str(config_folder()), version_base="1.3"):
+        yield from flatten(OmegaConf.to_container(hydra_compose(config)))
+
+
+def _unquoted(error: BaseException) -> UsageError | None:
+    """What is said where an override cannot be read for want of quotes."""
+    override = getattr(error, "override", None)
+    key, _, value = str(override or "").partition("=")
+    if not any(sign in value for sign in "{}()[],: ") or value[:1] in "'\"":
+        return None
+    what = "the value holds signs with a meaning of their own"
+    return UsageError(
+        what, where=override, cure=f"""put it in quotes, and these in others for the shell: "{key}='{value}'\""""
+    )
 
 
 def _refused_choice(error: BaseException | None) -> ChoiceError | None:
@@ -172,20 +224,6 @@ def _refused_choice(error: BaseException | None) -> ChoiceError | None:
             return ChoiceError(str(error.full_key), error.value, list(error.child_node.enum_type.__members__))
         error = error.__cause__
     return None
-
-
-def _meant(error: BaseException | None) -> str:
-    """The nearest key where one is not known; empty where none is near."""
-    from omegaconf import Container
-    from omegaconf.errors import ConfigAttributeError, ConfigKeyError
-
-    from navtool.base.from_plain import did_you_mean
-
-    while error is not None:
-        if isinstance(error, ConfigKeyError | ConfigAttributeError) and isinstance(error.parent_node, Container):
-            return did_you_mean(str(error.key), [str(key) for key in error.parent_node])
-        error = error.__cause__
-    return ""
 
 
 @contextmanager

@@ -44,8 +44,9 @@ def evaluate(
 
 def print_evaluation(report: "EvaluationReport") -> None:
     """The report for a person."""
-    from navtool.cli.console import console, print_table
+    from navtool.cli.console import console, print_notes, print_table
 
     title, columns, rows = report.table
     print_table(f"{title} on {report.split}", ("metric", *columns), rows)
+    print_notes(report.notes)
     console().print(f"{report.samples} samples of {report.source}; counts and lineage with --json", markup=False)

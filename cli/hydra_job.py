@@ -5,10 +5,18 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import wraps
 from math import nan
+from pathlib import Path
+from shutil import rmtree
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
+
+
+def _remove_unused(folder: Path) -> None:
+    """Remove a run's folder that holds nothing but Hydra's record of the settings."""
+    if {entry.name for entry in folder.iterdir()} <= {".hydra"}:
+        rmtree(folder)
 
 
 def run_through_hydra(job: "Callable[[DictConfig], float]", config: str, arguments: Sequence[str]) -> None:
@@ -37,6 +45,7 @@ def run_through_hydra(job: "Callable[[DictConfig], float]", config: str, argumen
             if HydraConfig.get().mode is not RunMode.RUN:
                 raise
             failed.append(error)  # of a single job, Hydra would print a line of its own before it
+            _remove_unused(Path(HydraConfig.get().runtime.output_dir))
             return nan
 
     register(config)
@@ -45,7 +54,7 @@ def run_through_hydra(job: "Callable[[DictConfig], float]", config: str, argumen
     sys.argv = [f"navtool {config}", *arguments]
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises instead of printing a traceback and leaving the process
     try:
-        with usage_errors():
+        with usage_errors(config):
             hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=config)(task)()
     finally:
         sys.argv = before

@@ -22,7 +22,9 @@ def ingest(
     dry_run: bool = typer.Option(
         False, "--dry-run", help="Read and plan for the data set at --out as it is; write nothing."
     ),
-    allow_missing: bool = typer.Option(False, "--allow-missing", help="Take recordings that lack some streams."),
+    allow_missing: bool = typer.Option(
+        False, "--allow-missing", help="Take recordings that lack streams or named topics."
+    ),
     strict: bool = typer.Option(False, "--strict", help="Refuse recordings that cannot be read whole."),
     cfg: str | None = typer.Option(None, "--cfg", help="Print the configuration (job), and do nothing else."),
     as_json: bool = typer.Option(False, "--json", help="Print JSON."),
@@ -36,7 +38,7 @@ def ingest(
     from navtool.cli.compose import UsageError, print_config, wrong_call
     from navtool.cli.console import print_json
     from navtool.cli.progress import WorkProgress
-    from navtool.cli.robots import ingest_job
+    from navtool.cli.robots import ingest_job, named_streams
     from navtool.datasets.ingest.ingest import ingest as run
     from navtool.datasets.ingest.settings import refuse_other_sensors
     from navtool.datasets.store.writer import data_set_folder
@@ -64,6 +66,7 @@ def ingest(
             dry_run=dry_run,
             allow_missing=allow_missing,
             strict=strict,
+            named=named_streams(robot, overrides, job.robot),
             progress=progress,
         )
     if as_json:

@@ -2,14 +2,15 @@
 
 import logging
 import sys
+from typing import NoReturn
 
 import typer
 
-from navtool.base.errors import NavtoolError
+from navtool.base.errors import NavtoolError, OccupiedError
 from navtool.base.setting_error import SettingError
 from navtool.cli.check import check
 from navtool.cli.compact import compact
-from navtool.cli.console import print_error
+from navtool.cli.console import print_error, print_json
 from navtool.cli.delete import delete
 from navtool.cli.demo import demo
 from navtool.cli.evaluate import evaluate
@@ -78,16 +79,35 @@ def main() -> None:
     except NavtoolError as error:
         from navtool.cli.compose import UsageError
 
-        print_error(str(error))
-        sys.exit(2 if isinstance(error, SettingError | UsageError) else 1)
+        _leave(error, 2 if isinstance(error, OccupiedError | SettingError | UsageError) else 1)
     except ModuleNotFoundError as error:
         from navtool.cli.extras import missing_extra
 
         if (refusal := missing_extra(error)) is None:
             raise
-        print_error(str(refusal))
-        sys.exit(1)
+        _leave(refusal, 1)
     except SystemExit as left:
         if left.code == INTERRUPTED:
-            print_error("interrupted; what was reported as done stays, run the same command again to go on")
+            what = "interrupted; what was reported as done stays, run the same command again to go on"
+            _leave(NavtoolError(what), INTERRUPTED)
+        # Typer has printed what is wrong with an option already
+        wrong = getattr(left.__context__, "format_message", None)
+        if wrong is not None and _asked_for_json():
+            _print_json_error(NavtoolError(wrong()), left.code)
         raise
+
+
+def _leave(error: NavtoolError, code: int) -> NoReturn:
+    """Say what is wrong, to a program too where one asked, and end."""
+    print_error(str(error))
+    if _asked_for_json():
+        _print_json_error(error, code)
+    sys.exit(code)
+
+
+def _asked_for_json() -> bool:
+    return "--json" in sys.argv[1:]
+
+
+def _print_json_error(error: NavtoolError, code: object) -> None:
+    print_json({"error": {"what": error.what, "where": error.where, "cure": error.cure, "exit_code": code}})

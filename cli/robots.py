@@ -51,6 +51,19 @@ def job_with_robot[T](config: str, robot: str | None, overrides: Sequence[str], 
         return compose(config, [*found, *overrides], result)
 
 
+def named_streams(robot: str | None, overrides: Sequence[str], composed: "RobotConfig") -> set[str]:
+    """Streams whose topics the user named, in a robot file or an override; a preset only lists candidates."""
+    from navtool.datasets.robot.config import NO_TOPIC
+
+    in_file = robot is not None and ("/" in robot or "." in robot)
+    candidates = {stream: topics for stream, topics in composed.candidates().items() if topics not in ([], [NO_TOPIC])}
+    return {
+        stream
+        for stream in candidates
+        if in_file or any(override.startswith(f"robot.topics.{stream}=") for override in overrides)
+    }
+
+
 def _check_preset(name: str | None) -> None:
     """Refuse the name of a preset that there is none of; files are for others to look at."""
     from navtool.cli.compose import refuse_unknown

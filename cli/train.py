@@ -18,10 +18,12 @@ def train(
     multirun: bool = typer.Option(False, "--multirun", "-m", help="Run every combination of comma-separated values."),
     cfg: str | None = typer.Option(None, "--cfg", help="Print the configuration (job, hydra or all)."),
     resume: Path | None = typer.Option(None, "--resume", help="Go on with an interrupted run from its last epoch."),
+    as_json: bool = typer.Option(False, "--json", help="Print JSON; of a single run."),
 ) -> None:
     """Train a model on a labelled data set.
 
-    Goes through Hydra, so that its launchers and sweepers plug in.
+    Goes through Hydra, so that its launchers and sweepers plug in. Experiments, as experiment=NAME: cpu (minutes
+    without a GPU), demo, graspe_paper, graspe_without_reliability.
     """
     from navtool.cli.arguments import require_there
     from navtool.cli.compose import UsageError, quoted
@@ -31,8 +33,11 @@ def train(
         if overrides or data or out or multirun or cfg:
             raise UsageError("--resume goes on with a run as it was configured", cure="pass --resume RUN alone")
         require_there(resume)
-        print_run(resume_run(resume))
+        print_run(resume_run(resume), as_json=as_json)
         return
+    if as_json and multirun:
+        cure = "read summary.json in the folder of the runs"
+        raise UsageError("--json prints one run's report, and --multirun makes several", cure=cure)
     arguments = list(overrides or [])
     if data is not None:
         arguments.append(f"dataset={quoted(data.resolve())}")
@@ -42,10 +47,15 @@ def train(
         arguments.append("--multirun")
     if cfg is not None:
         arguments += ["--cfg", cfg]
-    run_through_hydra(train_job, "train", arguments)
+    run_through_hydra(json_job if as_json else train_job, "train", arguments)
 
 
-def train_job(composed: "DictConfig") -> float:
+def json_job(composed: "DictConfig") -> float:
+    """`train_job` with its report for programs."""
+    return train_job(composed, as_json=True)
+
+
+def train_job(composed: "DictConfig", *, as_json: bool = False) -> float:
     """One job: train into Hydra's output folder; the value is what a sweeper minimises (best validation loss)."""
     from hydra.core.hydra_config import HydraConfig
     from omegaconf import OmegaConf
@@ -67,7 +77,7 @@ def train_job(composed: "DictConfig") -> float:
         first_epoch(RunFolder(out), job.config(), resume=False)
     with WorkProgress("epochs") as progress:
         result = run(job.config(), Path(job.dataset), out, progress=progress)
-    print_run(result)
+    print_run(result, as_json=as_json)
     return result.best_val_loss
 
 
@@ -80,10 +90,14 @@ def resume_run(path: Path) -> "RunResult":
         return resume(path, progress=progress)
 
 
-def print_run(result: "RunResult") -> None:
+def print_run(result: "RunResult", *, as_json: bool = False) -> None:
     """What a run did, and where it lies."""
-    from navtool.cli.console import console, print_notes
+    from navtool.base.plain import plain
+    from navtool.cli.console import console, print_json, print_notes
 
+    if as_json:
+        print_json(plain(result))
+        return
     out = console()
     print_notes(result.remarks.notes)
     out.print(

@@ -34,7 +34,8 @@ def verify(
 
 def print_verification(report: "VerifyReport") -> None:
     """The report for a person."""
-    from navtool.cli.console import console, print_table
+    from navtool.cli.console import console, print_notes, print_table
 
     print_table("Verification", ("check", "ok", "detail"), ((c.name, c.ok, c.detail) for c in report.checks))
+    print_notes(report.notes)
     console().print(f"{'verified' if report.passed else 'NOT VERIFIED'}: {report.artefact}", markup=False)

@@ -65,7 +65,6 @@ def _deprecation_known() -> Iterator[None]:
     """The runtime requires TorchScript, so its deprecation is no news."""
     with warnings.catch_warnings():
         for name in ("script", "freeze", "save", "load"):
-            warnings.filterwarnings(
-                "ignore", message=rf"`torch\.jit\.{name}` is deprecated", category=DeprecationWarning
-            )
+            # a DeprecationWarning in some versions of torch, a FutureWarning in others
+            warnings.filterwarnings("ignore", message=rf"`torch\.jit\.{name}` is deprecated")
         yield

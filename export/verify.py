@@ -49,6 +49,8 @@ class VerifyReport:
     artefact: Path
     checks: tuple[Check, ...]
     """In the order in which they were made; the first three must hold for the rest to be made."""
+    notes: tuple[str, ...] = ()
+    """What was said of the model when its training was judged: it may be whole, and still worth nothing."""
 
     @property
     def passed(self) -> bool:
@@ -81,7 +83,16 @@ def verify(artefact: Path, latency_runs: int = 20) -> VerifyReport:
             for name, check in _checks(kind).items():
                 _look(checks, name, partial(_seen, check, subject))
             _look(checks, "latency", lambda: (True, _latency(subject, kind, latency_runs)))
-    return VerifyReport(artefact, tuple(checks))
+    return VerifyReport(artefact, tuple(checks), _training_notes(manifest))
+
+
+def _training_notes(manifest: Manifest | None) -> tuple[str, ...]:
+    """The notes on each split of the run's figures; none where the manifest holds no figures in our form."""
+    splits = (manifest.metrics or {}).get("splits") if manifest is not None else None
+    if not isinstance(splits, dict):
+        return ()
+    entries = ((name, judged.get("notes")) for name, judged in splits.items() if isinstance(judged, dict))
+    return tuple(f"{name}: {note}" for name, notes in entries if isinstance(notes, list) for note in notes)
 
 
 def _checks(kind: AnyKind) -> dict[str, Callable[[Subject], str]]:

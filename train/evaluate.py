@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import torch
 
 from navtool.base.files import write_json
+from navtool.base.note import Note
 from navtool.base.plain import plain
 from navtool.train.checkpoint import load_run
 from navtool.train.config import Device, TrainConfig
@@ -65,6 +66,14 @@ class EvaluationReport:
         return self.judgement.metrics
 
     @property
+    def notes(self) -> tuple[Note, ...]:
+        """What the figures alone would hide."""
+        learnt = f"{self.trained_on} of {self.samples} samples are of recordings that the model was trained on"
+        seen = f"{learnt}: the figures say little of new places"
+        told = () if self.split == Split.train or not self.trained_on else (Note("judged.trained-on", seen),)
+        return (*self.judgement.notes, *told)
+
+    @property
     def table(self) -> Table:
         """The figures for a person."""
         return self.judgement.table
@@ -72,7 +81,8 @@ class EvaluationReport:
     def to_json(self) -> dict[str, Any]:
         """Plain values; an undefined figure is null."""
         names = ("source", "kind", "split", "trained_on", "loss", "metrics", "windows", "samples_per_s", "lineage")
-        return {"schema_version": REPORT_SCHEMA} | {name: plain(getattr(self, name)) for name in names}
+        content = {"schema_version": REPORT_SCHEMA} | {name: plain(getattr(self, name)) for name in names}
+        return content | {"notes": [note.text for note in self.notes]}
 
 
 def evaluate_run(
@@ -147,6 +157,9 @@ def evaluate_scorer(
         episodes = splits_of(lineage, source).episodes(split)
     kind = kind_of(config.model)
     samples = kind.task.samples(source, episodes, config)
+    if not episodes:
+        cure = "judge another one, such as --split val"
+        raise TrainError(f"the run kept no recordings for the {split.value} split", where="split", cure=cure)
     if not len(samples):
         reasons = samples.report.reasons() or "no episodes"
         raise TrainError(

@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from navtool.base.note import Note
+
 
 class Table(NamedTuple):
     """Figures for a person."""
@@ -28,6 +30,8 @@ class Judgement:
     """Those that are logged after each epoch, as ``val/<name>``; None where the samples do not define one."""
     table: Table
     """The figures for a person."""
+    notes: tuple[Note, ...] = ()
+    """What the figures alone would hide, such as predictions that are all the same."""
 
 
 class Judge[BatchT, OutputT](Protocol):

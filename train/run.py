@@ -158,7 +158,12 @@ def _metrics(result: RunResult, judged: Mapping[str, EvaluationReport], device: 
         **result.remarks.figures,
         "device": device.type,
         "splits": {
-            split: {"loss": report.loss, "metrics": report.metrics, "windows": report.windows}
+            split: {
+                "loss": report.loss,
+                "metrics": report.metrics,
+                "windows": report.windows,
+                "notes": [note.text for note in report.judgement.notes],
+            }
             for split, report in judged.items()
         },
     }

@@ -1,6 +1,6 @@
 """Which episodes train, validate and test a model: whole places, never shared between splits."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -161,16 +161,17 @@ def _fill(names: list[str], rows: dict[str, int], targets: dict[Split, float], s
 
 
 def _too_few(
-    groups: dict[str, list[EpisodeView]], rest: list[str], wanted: list[Split], group_by: GroupBy
+    groups: Mapping[str, Sequence[EpisodeView]], rest: Sequence[str], wanted: Sequence[Split], group_by: GroupBy
 ) -> TrainError:
-    noun = group_by.value
-    cure = f"record more {noun}s, name them in split.train_places and the like, or set split.test_fraction=0"
-    if group_by is GroupBy.place:
-        cure += "; split.group_by=run lets splits share places"
+    """What is wrong, and those of the cures that help with these recordings."""
+    noun = "place" if group_by is GroupBy.place else "recording"
+    cures = [f"record more {noun}s"]
+    if len(rest) == len(wanted) - 1 and Split.test in wanted:
+        cures.append("or set split.test_fraction=0, and judge the run with `navtool evaluate RUN --split val`")
+    recordings = {episode.source for group in groups.values() for episode in group}
+    if group_by is GroupBy.place and len(recordings) >= len(Split) - 1:
+        cures.append("or let splits share places with split.group_by=run; the figures then say little of new places")
     names = ", ".join(sorted(groups)) or "none"
-    return TrainError(
-        f"{len(rest)} {noun}{'' if len(rest) == 1 else 's'} for {len(wanted)} splits "
-        f"({', '.join(split.value for split in wanted)}); the data set has {names}",
-        where="split",
-        cure=cure,
-    )
+    what = f"{len(rest)} {noun}{'' if len(rest) == 1 else 's'} for {len(wanted)} splits"
+    has = f"({', '.join(split.value for split in wanted)}); the data set has {names}"
+    return TrainError(f"{what} {has}", where="split", cure="; ".join(cures))

@@ -39,6 +39,8 @@ class CheckReport:
     rows: int = 0
     checks: list[str] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
+    splits: dict[str, str] = field(default_factory=dict)
+    """What each split holds that a file names; empty where none was given."""
 
     @property
     def passed(self) -> bool:

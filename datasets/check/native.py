@@ -19,6 +19,9 @@ from navtool.pipeline.arrays import Array
 
 _ACCELERATION = ("ax_mps2", "ay_mps2", "az_mps2")
 
+_OPTIONAL = {"battery": ("voltage_v", "percentage")}
+"""Columns of a stream that are NaN throughout where nothing measures them, as the message's definition says."""
+
 
 def check_native(dataset: NavDataset) -> Findings:
     """Stamps increase, values are there and change, and every whole cloud can be read."""
@@ -54,7 +57,9 @@ def _values(where: str, stream: str, stamps: Int64[Array, " n"], columns: dict[s
     if not columns or stamps.size < 2:
         return
     shares = {name: _lacking(stream, name, columns) for name in columns}
-    if lacking := [f"{name} {share:.0%}" for name, share in shares.items() if share > 0]:
+    optional = _OPTIONAL.get(stream, ())
+    told = {name: share for name, share in shares.items() if share > 0 and not (name in optional and share == 1.0)}
+    if lacking := [f"{name} {share:.0%}" for name, share in told.items()]:
         yield Severity.WARN, where, f"NaN as recorded: {', '.join(lacking[:6])}{' and more' if lacking[6:] else ''}"
     if stream == "imu" and (odd := odd_gravity(np.column_stack([columns[name] for name in _ACCELERATION]))):
         yield Severity.WARN, where, odd

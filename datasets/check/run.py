@@ -12,7 +12,7 @@ from navtool.datasets.check.files import check_counters, check_files, check_meta
 from navtool.datasets.check.findings import CheckReport, Finding, Findings, Severity, first_line
 from navtool.datasets.check.judgement import check_calibrations, check_labels, check_leakage
 from navtool.datasets.check.native import check_native
-from navtool.datasets.check.splits import check_own_splits, check_splits, read_splits
+from navtool.datasets.check.splits import check_own_splits, check_splits, read_splits, told_splits
 from navtool.datasets.store.reader import NavDataset
 
 CHECKS: dict[str, Callable[[NavDataset], Findings]] = {
@@ -61,6 +61,7 @@ def check_dataset(root: Path, *, splits: Path | None = None, progress: Progress 
     report.episodes, report.rows = len(dataset.episodes), len(dataset)
     checks = CHECKS
     if named is not None:
+        report.splits = told_splits(dataset, named)
         checks = CHECKS | {"named splits": lambda opened: check_splits(opened, named, str(splits))}
     shown = progress or Silent()
     shown.begin(len(checks), len(checks))

@@ -21,6 +21,8 @@ class Member(NamedTuple):
     episode: int
     source: str | None = None
     """The recording that it was made from, where the split says so."""
+    sha256: str | None = None
+    """The recording's hash, where it is said."""
 
 
 type Splits = Mapping[str, Sequence[Member]]
@@ -46,7 +48,7 @@ def read_splits(path: Path) -> Splits:
     """
     content = read_json(path, _CURE)
     try:
-        return _parsed(content.get("split", content))
+        return _with_hashes(_parsed(content.get("split", content)), content.get("dataset"))
     except ValueError as error:
         raise DatasetsError(f"holds no splits: {error}", where=path, cure=_CURE) from error
 
@@ -61,10 +63,13 @@ def check_splits(dataset: NavDataset, splits: Splits, where: str) -> Findings:
     for name, members in splits.items():
         if beyond := [member.episode for member in members if member.episode not in made]:
             yield Severity.FAIL, where, f"{name} has the episodes {_some(beyond)}; there are {len(made)}"
-        for number, source in members:
-            if source is not None and number in made and made[number]["source"] != source:
-                found = made[number]["source"]
-                yield Severity.FAIL, where, f"{name} knows episode {number} as {source}; it is {found}"
+        for number, source, sha256 in members:
+            found = made.get(number, {})
+            if source is not None and found.get("source", source) != source:
+                yield Severity.FAIL, where, f"{name} knows episode {number} as {source}; it is {found['source']}"
+            elif sha256 is not None and found.get("sha256", sha256) != sha256:
+                what = f"{name} knows episode {number}, {source}, by another hash: it is another data set's"
+                yield Severity.FAIL, where, what
     numbers = {name: {member.episode for member in members} for name, members in splits.items()}
     for one, other in combinations(splits, 2):
         both = f"{one} and {other}"
@@ -84,6 +89,17 @@ def check_splits(dataset: NavDataset, splits: Splits, where: str) -> Findings:
             yield Severity.WARN, where, f"{both} share moments: {_some(at_once)}"
 
 
+def told_splits(dataset: NavDataset, splits: Splits) -> dict[str, str]:
+    """How much each split holds, and of which places; of episodes that there are."""
+    told = {}
+    for name, members in splits.items():
+        there = [dataset.episodes[number] for number, *_ in members if 0 <= number < len(dataset.episodes)]
+        places = sorted({episode.place or episode.source for episode in there})
+        rows = sum(len(episode) for episode in there)
+        told[name] = f"{len(there)} episodes, {rows} rows: {_some(places) or 'none'}"
+    return told
+
+
 def _at_once(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     return bool(one["start_ns"] < other["end_ns"] and other["start_ns"] < one["end_ns"])
 
@@ -97,6 +113,22 @@ def _parsed(content: object) -> Splits:
     if not isinstance(content, dict):
         raise ValueError(f"{type(content).__name__} instead of an object")
     return {str(name): _members(str(name), entry) for name, entry in content.items()}
+
+
+def _with_hashes(splits: Splits, made: object) -> Splits:
+    """The splits of a run, with the hashes of the recordings of the data set that it was trained on."""
+    recordings = made.get("recordings") if isinstance(made, dict) else None
+    if not isinstance(recordings, list):
+        return splits
+    hashes = {
+        number: entry["sha256"]
+        for number, entry in enumerate(recordings)
+        if isinstance(entry, dict) and isinstance(entry.get("sha256"), str)
+    }
+    return {
+        name: [member._replace(sha256=hashes.get(member.episode)) for member in members]
+        for name, members in splits.items()
+    }
 
 
 def _members(name: str, entry: object) -> list[Member]:

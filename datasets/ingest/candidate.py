@@ -7,7 +7,7 @@ from typing import Any
 
 from navtool.base.errors import DatasetsError, OutputError
 from navtool.base.workers import Workers, outcome
-from navtool.datasets.ingest.contents import refuse_other_contents
+from navtool.datasets.ingest.contents import refuse_missing_topics, refuse_other_contents
 from navtool.datasets.ingest.job import Job
 from navtool.datasets.ingest.join_step import join_step
 from navtool.datasets.ingest.phase import Failed, Failing, Joining, Kept, Phase, Planning, Reading, Ready, awaited
@@ -105,6 +105,7 @@ class Candidate:
         if self._job.strict:
             _refuse_left_out(plan)
         refuse_other_contents(plan.contents, plan.found, allow_missing=self._job.allow_missing)
+        refuse_missing_topics(self._job.robot, plan.topics, () if self._job.allow_missing else self._job.named)
         if self._job.dry_run:
             return Ready(planned, None)
         segments = cut_segments(plan)

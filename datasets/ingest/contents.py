@@ -1,9 +1,11 @@
 """What a recording has, against what its data set has."""
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from navtool.base.errors import DatasetsError
 from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.robot.topic_map import TopicMap
 from navtool.datasets.store.schema import Contents
 from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.table import of_kind, sensor_of
@@ -40,6 +42,25 @@ def refuse_other_contents(fixed: Contents, found: Contents, *, allow_missing: bo
         raise DatasetsError(
             f"lacks {', '.join(missing)}, which the data set has or is to have",
             cure="pass --allow-missing to take it with these marked as not valid, or use another folder",
+        )
+
+
+def refuse_missing_topics(robot: RobotConfig, topics: TopicMap, named: Collection[str]) -> None:
+    """A recording must have the topics that the user named.
+
+    Args:
+        named: Streams.
+
+    Raises:
+        DatasetsError: It has none of those of a stream.
+    """
+    wanted = robot.candidates()
+    missing = [f"{stream}: none of {', '.join(wanted[stream])}" for stream in wanted if stream in named]
+    missing = [what for what in missing if what.partition(":")[0] not in topics.streams]
+    if missing:
+        raise DatasetsError(
+            f"lacks topics that were named ({'; '.join(missing)})",
+            cure="see what it has with `navtool inspect`, correct the name, or pass --allow-missing",
         )
 
 

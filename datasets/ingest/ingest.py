@@ -2,7 +2,7 @@
 
 import resource
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -32,6 +32,7 @@ def ingest(
     dry_run: bool = False,
     allow_missing: bool = False,
     strict: bool = False,
+    named: Collection[str] = (),
     progress: Progress | None = None,
 ) -> IngestReport:
     """Turn each recording into an episode of the data set at ``out``, in the natural order of their paths.
@@ -46,6 +47,7 @@ def ingest(
         workers: Processes that read recordings, and portions of one recording, at the same time; 1 works in this one.
         allow_missing: Take recordings that lack streams of the data set; their rows are not valid there.
         strict: Refuse recordings of which a stream or a part cannot be read, instead of taking what is left.
+        named: Streams whose topics the user named: a recording that has none of them is quarantined as well.
         dry_run: Read and plan everything for the data set at ``out`` as it is; write nothing and lock nothing.
 
     Raises:
@@ -58,7 +60,14 @@ def ingest(
     progress = progress or Silent()
     recordings = [(path, work_of(size_of(path), dry_run=dry_run)) for path in expand(paths, config.merge)]
     report = IngestReport(str(out), dry_run)
-    job = Job(robot=robot, config=config, dry_run=dry_run, allow_missing=allow_missing, strict=strict)
+    job = Job(
+        robot=robot,
+        config=config,
+        dry_run=dry_run,
+        allow_missing=allow_missing,
+        strict=strict,
+        named=frozenset(named),
+    )
     ahead = 1 if workers == 1 else workers + 1
     progress.begin(len(recordings), sum(work.total for _, work in recordings))
     refuse_other_sensors(robot, config)

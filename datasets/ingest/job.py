@@ -16,6 +16,8 @@ class Job:
     dry_run: bool = False
     allow_missing: bool = False
     strict: bool = False
+    named: frozenset[str] = frozenset()
+    """Streams whose topics the user named, so that no recording may lack them; a preset's candidates may be absent."""
 
     @property
     def settings_hash(self) -> str:

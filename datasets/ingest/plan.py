@@ -19,6 +19,7 @@ from navtool.datasets.ingest.plan_notes import (
     geometry_notes,
     gravity_notes,
     held_notes,
+    overrule_notes,
     stream_faults,
 )
 from navtool.datasets.ingest.sync_report import sync_report, time_notes
@@ -119,8 +120,8 @@ def plan_episode(
         write_streams(streams_to, small)
     notes = [*stream_faults(recording, found), *measured.notes, *discharge.notes, *read.odometry_notes]
     notes += [*geometry_notes(found, calibration, changed), *gravity_notes(small.get("imu")), *unreadable_notes(found)]
-    notes += [*recording.notes(), *level_notes(found.streams, views)]
     notes += held_notes(large, grid, config.sync)
+    notes += [*overrule_notes(robot, calibration), *recording.notes(), *level_notes(found.streams, views)]
     notes += deskew_notes(small, wanted=config.deskew and "lidar" in large)
     return EpisodePlan(
         topics=topics,

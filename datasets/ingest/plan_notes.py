@@ -10,6 +10,7 @@ from navtool.datasets.ingest.grid import Grid
 from navtool.datasets.ingest.large_stream import LargeStream
 from navtool.datasets.recording import Recording
 from navtool.datasets.robot.calibration import Calibration
+from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.robot.gravity import odd_gravity
 from navtool.datasets.streams.config import SyncConfig
 from navtool.datasets.streams.first_pass import FirstPass
@@ -17,6 +18,9 @@ from navtool.datasets.streams.found_notes import recovered_notes, refused_notes
 from navtool.datasets.streams.table import of_kind, row_of, sensor_of
 from navtool.datasets.streams.timed_stream import TimedStream
 from navtool.pipeline.arrays import Array
+
+_SAME_M, _SAME_DEG = 0.01, 1.0
+"""Poses closer than this are one and the same, written down twice."""
 
 
 def stream_faults(recording: Recording, found: FirstPass) -> list[Note]:
@@ -50,6 +54,42 @@ def geometry_notes(found: FirstPass, calibration: Calibration, changed: tuple[st
             for pair in changed
         ),
     ]
+
+
+def overrule_notes(robot: RobotConfig, calibration: Calibration) -> list[Note]:
+    """Notes on poses and calibrations of the robot file that are not those of the recording: which counts."""
+    notes, tree = [], calibration.recorded.tree
+    for stream in calibration.poses():
+        key, mounting = robot.mounting_of(stream)
+        frame = calibration.recorded.frames.get(stream, "")
+        pose = tree.pose(robot.base_frame, frame) if frame else None
+        if mounting is None or pose is None:
+            continue
+        away_m, turn = (
+            float(np.linalg.norm(mounting.pose()[:3, 3] - pose[:3, 3])),
+            mounting.pose()[:3, :3].T @ pose[:3, :3],
+        )
+        turned_deg = float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1.0, 1.0))))
+        apart = f"tf has a pose {away_m:.2f} m and {turned_deg:.0f} degrees apart"
+        if away_m < _SAME_M and turned_deg < _SAME_DEG:
+            continue
+        if mounting.overrule:
+            notes.append(Note("mounting.overrules", f"{key}: counts, as overrule says; {apart}"))
+        else:
+            cure = f"to use this one, set {key}.overrule: true"
+            notes.append(Note("mounting.not-used", f"{key}: is not used, since {apart}; {cure}"))
+    for stream in of_kind("camera", calibration.recorded.frames):
+        key, fallback = robot.camera_of(stream)
+        info = calibration.recorded.info_of(sensor_of(stream))
+        if fallback is None or info is None or not info.camera.fx > 0:
+            continue
+        focal = f"the recording's CameraInfo has fx = {info.camera.fx:.1f} px, the robot file {fallback.fx:.1f} px"
+        if fallback.overrule:
+            notes.append(Note("calibration.overrules", f"{key}: counts, as overrule says; {focal}"))
+        else:
+            cure = f"to use this one, set {key}.overrule: true"
+            notes.append(Note("calibration.not-used", f"{key}: is not used; {focal}; {cure}"))
+    return notes
 
 
 def gravity_notes(imu: TimedStream | None) -> list[Note]:

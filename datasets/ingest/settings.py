@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from navtool.base.errors import DatasetsError
+from navtool.base.errors import DatasetsError, OccupiedError
 from navtool.base.lineage import config_hash
 from navtool.base.plain import flatten
 from navtool.datasets.ingest.config import IngestConfig
@@ -22,14 +22,14 @@ def refuse_other_settings(store: Store, config: IngestConfig) -> None:
     """One data set has one rate, one set of tolerances, one way to thin clouds and to judge reliability.
 
     Raises:
-        DatasetsError: The data set was made with others.
+        OccupiedError: The data set was made with others.
     """
     if store.description is None:
         return
     there, asked = flatten(store.description.ingest), flatten(config)
     other = [key for key in {**asked, **there} if key != "place" and there.get(key) != asked.get(key)]
     if other:
-        raise DatasetsError(
+        raise OccupiedError(
             "; ".join(f"the data set has {_setting(there, key)}, asked for {_value(asked, key)}" for key in other),
             where=store.layout.root,
             cure=f"{_cure(there, other)}, or ingest into another folder",

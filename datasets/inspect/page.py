@@ -107,8 +107,7 @@ def _timeline(density: dict[str, Int64[Array, " bins"]], seconds: float) -> str:
         shown = topic if len(topic) <= 46 else f"...{topic[-43:]}"
         lane = Axes(left=left, top=top + 2, width=wide, height=tall - 5, x_end=counts.size)
         parts += [text(0, top + 13, shown), lane.frame(), *_fullness(counts, lane)]
-    labels = [f"{share * seconds:.1f} s" for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
-    parts += Axes(left=left, top=0, width=wide, height=height).x_ticks(labels, height - 8, inside=True)
+    parts += Axes(left=left, top=0, width=wide, height=height).x_ticks(_seconds(seconds), height - 8, inside=True)
     return f'<div class="wide">{svg_inside(left + wide, height, parts, "min-width:640px")}</div>'
 
 
@@ -168,4 +167,10 @@ def _speed(path: Float64[Array, "n 3"]) -> str:
     highest = max(float(speed.max(initial=0.0)), 1e-9)
     axes = Axes(left=0, top=16, width=wide, height=tall - 30, x_end=bins, y_end=highest)
     parts = [axes.line("path", np.flatnonzero(there), speed), text(0, 12, f"{highest:.2f} m/s", "dim")]
+    parts += axes.x_ticks(_seconds(float(np.ptp(path[:, 0]))), tall - 2, inside=True)
     return svg_inside(wide, tall, parts)
+
+
+def _seconds(length: float) -> list[str]:
+    """The times from the start at the ends of an axis, and between them."""
+    return [f"{share * length:.1f} s" for share in (0.0, 0.25, 0.5, 0.75, 1.0)]

@@ -13,6 +13,7 @@ from navtool.datasets.labels.intervals import LabelInterval
 MANUAL = "event"
 """The reason of an event that gives none."""
 _SHOWN = 20
+_OUTCOMES = {"0": 0, "failure": 0, "1": 1, "success": 1}
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +59,8 @@ def read_events(path: Path, bags: Sequence[Bag]) -> tuple[Event, ...]:
     """The events of a CSV or JSON file, in its order; a later one wins over an earlier one of equal outcome.
 
     A CSV file starts with the header ``bag,start,end,outcome,reason`` (in any order); a JSON file is a list of
-    objects with these keys. ``bag`` is the name of a recording, ``outcome`` 0 or 1, ``reason`` may be empty. Times are
+    objects with these keys. ``bag`` is the name of a recording, ``outcome`` 0, 1, failure or success; ``reason`` may be
+    empty. Times are
     seconds since the recording's start, or absolute: seconds or nanoseconds since 1970, or ISO 8601 with a time zone.
 
     Args:
@@ -89,9 +91,9 @@ def _event(line: str, fields: Mapping[str, object], bags: Sequence[Bag], faults:
     bag = _bag(line, fields["bag"], bags, faults)
     zero_ns = bag.zero_ns if bag is not None else 0
     start_ns, end_ns = (_time(line, name, fields[name], zero_ns, faults) for name in ("start", "end"))
-    outcome = {"0": 0, "1": 1}.get(str(fields["outcome"]))
+    outcome = _OUTCOMES.get(str(fields["outcome"]))
     if outcome is None or isinstance(fields["outcome"], bool):
-        faults.append(f"{line}: outcome {fields['outcome']!r} is neither 0 nor 1")
+        faults.append(f"{line}: outcome {fields['outcome']!r} is neither success (1) nor failure (0)")
     reason = fields["reason"]
     if not isinstance(reason, str) or not reason.isprintable():
         faults.append(f"{line}: reason {reason!r} is not a line of text")

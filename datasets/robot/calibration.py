@@ -20,7 +20,6 @@ from navtool.datasets.streams.table import POSED, STREAMS, row_of, sensor_of
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.lens_names import lens_of
-from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
 
 FOOTPRINT_FRAME = "base_footprint"
 """REP-120: the base frame's projection on the ground."""
@@ -190,14 +189,14 @@ def _pose(
 ) -> Float64[Array, "4 4"] | None:
     name, frame = _named(row_of(stream).pose, stream), recorded.frames.get(stream, "")
     pose = tree.pose(robot.base_frame, frame) if frame else None
-    if pose is not None:
+    key, mounting = robot.mounting_of(stream)
+    if pose is not None and not (mounting is not None and mounting.overrule):
         sources[name] = f"tf_static: {tree.frame(robot.base_frame)} -> {tree.frame(frame)}"
         return pose
-    key, mounting = robot.mounting_of(stream)
     if mounting is None:
         return None
     sources[name] = f"robot {robot.name}: {key}"
-    return transform_from_xyz_rpy(np.array(mounting.xyz_m), np.array(mounting.rpy_rad))
+    return mounting.pose()
 
 
 def _camera(
@@ -210,7 +209,7 @@ def _camera(
 ) -> CameraModel | None:
     name, info, region = _named("camera", stream), recorded.info_of(sensor_of(stream)), Region()
     key, fallback = robot.camera_of(stream)
-    if info is not None and info.camera.fx > 0:
+    if info is not None and info.camera.fx > 0 and not (fallback is not None and fallback.overrule):
         model, region = info.camera, info.region
         notes += [Note("camera.lens-name", f"{name}: {info.told}")] if info.told else []
         sources[name] = "the recording's CameraInfo"

@@ -5,7 +5,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 
+import numpy as np
 import yaml
+from jaxtyping import Float64
 
 from navtool.base.errors import DatasetsError
 from navtool.base.from_plain import did_you_mean, from_plain
@@ -17,8 +19,10 @@ from navtool.datasets.decode.levels import Levels
 from navtool.datasets.decode.picture_view import Colours, PictureView
 from navtool.datasets.robot.odometry_twist import OdometryTwist
 from navtool.datasets.streams.table import FRONT, POSED, SENSOR_NAME, STREAMS, further, in_order, row_of, sensor_of
+from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.distortion import LENS_MODELS
 from navtool.pipeline.geometry.lens_names import lens_of
+from navtool.pipeline.geometry.transforms import transform_from_xyz_rpy
 
 _MOST_SAMPLE = 65_535
 NO_TOPIC = "none"
@@ -73,7 +77,7 @@ def _empty_name(key: str, names: list[str]) -> list[Fault]:
 
 @dataclass(kw_only=True, slots=True)
 class CameraFallback:
-    """Calibration of a camera, used only where a recording has no CameraInfo of it."""
+    """Calibration of a camera, for recordings that have no CameraInfo of it."""
 
     width: int
     """Width of the calibrated image in pixels."""
@@ -91,6 +95,8 @@ class CameraFallback:
     """none, plumb_bob, rational_polynomial or equidistant, or as a driver spells them."""
     distortion: list[float] = field(default_factory=list)
     """Coefficients in OpenCV's order; plumb_bob and rational_polynomial 4 to 14, equidistant 4."""
+    overrule: bool = False
+    """Whether it counts although the recording has a CameraInfo, which is wrong."""
 
     def __post_init__(self) -> None:
         pixels = ("width", "height", "fx", "fy")
@@ -117,12 +123,14 @@ def _lens_fault(model: str, coefficients: list[float]) -> list[Fault]:
 
 @dataclass(kw_only=True, slots=True)
 class Mounting:
-    """Pose of a sensor's frame in the base frame, used only where a recording's tf has no path between them."""
+    """Pose of a sensor's frame in the base frame, for recordings whose tf has no path between them."""
 
     xyz_m: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     """Position in the base frame: forward, left, up."""
     rpy_rad: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     """Roll, pitch, yaw about the base's fixed axes; of the optical frame (z forward, x right) for the camera."""
+    overrule: bool = False
+    """Whether it counts although the recording's tf has a pose, which is wrong."""
 
     def __post_init__(self) -> None:
         for name, unit in (("xyz_m", "metres"), ("rpy_rad", "radians")):
@@ -135,6 +143,10 @@ class Mounting:
         refuse(
             fault("rpy_rad", f"{self.rpy_rad} rad is more than a full turn", "give radians, not degrees", when=turned),
         )
+
+    def pose(self) -> Float64[Array, "4 4"]:
+        """As a matrix: p_base = M p_sensor."""
+        return transform_from_xyz_rpy(np.array(self.xyz_m), np.array(self.rpy_rad))
 
 
 @dataclass(kw_only=True, slots=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from navtool.base.background import Background
 from navtool.base.errors import DatasetsError
-from navtool.base.lineage import code_version, config_hash, file_sha256
+from navtool.base.lineage import code_version, file_sha256
 from navtool.base.meter import Meter
 from navtool.base.output_folder import OutputFolder
 from navtool.base.progress import Progress
@@ -73,10 +73,11 @@ def _identity[T, R, P: Report](
     known = None if truth is None else file_sha256(truth)
     if not method.several:
         return {**each[0], "truth": known}
+    settings = [one["settings"] for one in each]
     return {
         "inputs": [one["input"] for one in each],
         "truth": known,
-        "settings": config_hash([one["settings"] for one in each]),
+        "settings": settings[0] if settings.count(settings[0]) == len(settings) else settings,
         "code_version": code_version(),
     }
 

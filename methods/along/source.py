@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import override
 
 from navtool.base.errors import DatasetsError
-from navtool.base.lineage import code_version, config_hash
+from navtool.base.lineage import code_version
+from navtool.base.plain import plain
 from navtool.datasets.recording import Recording, open_recording
 from navtool.datasets.recording.identity import recording_sha256
 from navtool.datasets.robot.config import RobotConfig
@@ -83,7 +84,7 @@ class Source(ABC):
 
     @abstractmethod
     def identity(self, settings: Mapping[str, object]) -> dict[str, object]:
-        """What has to be equal for the same results: hashes of the input, of the settings and of the code.
+        """What has to be equal for the same results: hashes of the input and of the code, and every setting.
 
         Args:
             settings: Everything that decides the results, beside the input and how it is read.
@@ -121,10 +122,10 @@ class RecordingSource(Source):
         self._recording, self._named = recording, named
 
     def identity(self, settings: Mapping[str, object]) -> dict[str, object]:
-        """The recording's hash, and that of all settings that decide how it is read."""
+        """The recording's hash, and all settings that decide how it is read."""
         sha256, _ = recording_sha256(self.path)
         read = {"robot": self._named.robot, "merged": self._named.merged, "sync": self._named.sync}
-        return {"input": sha256, "settings": config_hash({**settings, **read}), "code_version": code_version()}
+        return {"input": sha256, "settings": plain({**settings, **read}), "code_version": code_version()}
 
     def about(self) -> dict[str, object]:
         """Its path."""
@@ -147,10 +148,10 @@ class EpisodeSource(Source):
         self._dataset, self._episode = dataset, episode
 
     def identity(self, settings: Mapping[str, object]) -> dict[str, object]:
-        """The hash of the recording that the episode was made from, and that of the settings with the data set's."""
+        """The hash of the recording that the episode was made from, and the settings with the data set's hash."""
         made = self._dataset.provenance()[self._episode]
-        hashed = config_hash({**settings, "dataset": self._dataset.description.config_hash})
-        return {"input": made["sha256"], "settings": hashed, "code_version": code_version()}
+        read = {"dataset": self._dataset.description.config_hash}
+        return {"input": made["sha256"], "settings": plain({**settings, **read}), "code_version": code_version()}
 
     def about(self) -> dict[str, object]:
         """The data set, the episode, and the recording that it was made from."""

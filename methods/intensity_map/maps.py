@@ -12,6 +12,7 @@ from jaxtyping import Float64
 
 from navtool.base.errors import DatasetsError
 from navtool.base.note import Note
+from navtool.base.plain import plain_fields
 from navtool.methods.along.cell_scores import CellScores
 from navtool.methods.along.goals import Goal
 from navtool.methods.along.method import Method, Walked
@@ -57,7 +58,7 @@ class IntensityMaps(Method[Sweep, MappedSweep, MapReport]):
     @property
     def settings(self) -> Mapping[str, object]:
         """The settings of the maps."""
-        return {"map": self._config}
+        return plain_fields(self._config)
 
     def begin(self, streams: Streams, known: PlaceTruth | None, first: Sequence[Sweep]) -> None:
         """Judge the first intensities, and take the height of the sensor."""

@@ -12,6 +12,7 @@ from jaxtyping import UInt8
 from navtool.base.errors import DatasetsError
 from navtool.base.files import write_bytes
 from navtool.base.note import Note
+from navtool.base.plain import plain_fields
 from navtool.methods.along.method import Method, Walked
 from navtool.methods.along.observation import Observation, Skip
 from navtool.methods.along.place_truth import PlaceTruth
@@ -60,7 +61,7 @@ class IntensityThreshold(Method[Sweep, None, FitReport]):
     @property
     def settings(self) -> Mapping[str, object]:
         """The sensor, and what is tried."""
-        return {"map": self._config}
+        return plain_fields(self._config)
 
     def begin(self, streams: Streams, known: PlaceTruth | None, first: Sequence[Sweep]) -> None:
         """Judge the first intensities of an input."""

@@ -56,8 +56,8 @@ def test_again_it_is_done_and_otherwise_refused(call: Call, bag: Path, tmp_path:
     assert "there already" in err
     assert "8 maps of 8 clouds" in out
     code, _, err = call(bag, "--out", tmp_path / "maps")
-    assert code == 1
-    assert "another settings" in err
+    assert code == 2
+    assert "another outputs.pictures_every (was 0, now 1)" in err
 
 
 def test_a_data_set_becomes_maps(call: Call, bag: Path, tmp_path: Path) -> None:

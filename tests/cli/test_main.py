@@ -41,9 +41,9 @@ TREE = {
     "merge": ["datasets", "--out", "--json"],
     "compact": ["dataset", "--out", "--json"],
     "migrate": ["dataset", "--out", "--json"],
-    "train": ["overrides", "--data", "--out", "--multirun", "--cfg", "--resume"],
+    "train": ["overrides", "--data", "--out", "--multirun", "--cfg", "--resume", "--json"],
     "evaluate": ["source", "--data", "--split", "--out", "--json"],
-    "export": ["run", "--out", "--overwrite"],
+    "export": ["run", "--out", "--overwrite", "--json"],
     "verify": ["artefact", "--latency-runs", "--json"],
     "intensity-map": ["arguments", "--out", "--settings", "--truth", "--episode", "--robot", "--cfg", "--json"],
     "simulate": ["overrides", "--out", "--episodes", "--seed", "--workers", "--preview", "--cfg", "--json"],
@@ -315,6 +315,11 @@ def test_a_refused_choice_names_those_that_are_taken(
         ("robot.topics.image=[/front]", "did you mean 'camera'"),
         ("robot.mounting.image={}", "did you mean 'camera'"),
         ("fsp=5", "did you mean 'fps'"),
+        ("sync.imu.methd=hold", "no setting sync.imu.methd (did you mean 'method'"),
+        ("method=hold", "did you mean 'sync."),
+        ("sync.cameras.rear.toleranc=1", "did you mean 'tolerance_s'"),
+        ("quite.another=1", "no setting quite"),
+        ("place={parnt}", "\"place='{parnt}'\""),
     ],
 )
 def test_an_unknown_key_is_refused_with_the_one_that_was_meant(
@@ -322,6 +327,59 @@ def test_an_unknown_key_is_refused_with_the_one_that_was_meant(
 ) -> None:
     refused = navtool_here("ingest", "a.bag", "--out", "x", override)
     assert (refused.code, meant in refused.err) == (2, True), refused.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "what"),
+    [
+        (("check", "nosuch"), 2, "there is no such file or folder"),
+        (("check", "--nosuch"), 2, "No such option: --nosuch"),
+        (("ingest", "a.bag", "--out", "x", "fsp=5"), 2, "there is no setting fsp (did you mean 'fps'?)"),
+        (("inspect", __file__), 1, "this is not a recording"),
+    ],
+)
+def test_a_program_is_told_what_is_wrong(
+    navtool_here: Callable[..., Any], arguments: tuple[str, ...], code: int, what: str
+) -> None:
+    refused = navtool_here(*arguments, "--json")
+    told = json.loads(refused.out)["error"]
+    assert (refused.code, told["exit_code"]) == (code, code)
+    assert what in told["what"]
+    assert told["what"] in refused.err, "a person is told as well"
+
+
+def test_a_data_set_of_other_settings_is_a_wrong_call(
+    navtool_here: Callable[..., Any],
+    write_recording: Callable[..., Path],
+    drive_entries: Callable[..., Any],
+    tmp_path: Path,
+) -> None:
+    path = write_recording("mcap", drive_entries(1.0))
+    assert navtool_here("ingest", path, "--out", tmp_path / "out").code == 0
+    other = navtool_here("ingest", path, "--out", tmp_path / "out", "fps=5")
+    assert other.code == 2, other.err
+    assert "fps=10" in other.err
+
+
+def test_a_named_topic_that_is_not_there_is_refused_but_not_a_presets(
+    navtool_here: Callable[..., Any],
+    write_recording: Callable[..., Path],
+    drive_entries: Callable[..., Any],
+    tmp_path: Path,
+) -> None:
+    path = write_recording("mcap", drive_entries(1.0))
+    named = ("ingest", path, "--dry-run", "--json", "--out", tmp_path / "out")
+    refused = navtool_here(*named, "robot.topics.lidar=[/nosuch]")
+    assert refused.code == 1
+    (entry,) = json.loads(refused.out)["quarantined"]
+    assert "lidar: none of /nosuch" in entry["reason"]
+    assert "navtool inspect" in entry["reason"]
+    assert navtool_here(*named, "robot.topics.lidar=[/nosuch]", "--allow-missing").code == 0
+    assert navtool_here(*named, "robot=jackal").code == 0, "a preset lists candidates"
+    written = tmp_path / "robot.yaml"
+    written.write_text("topics: {imu: [/nosuch], battery: [none]}")
+    refused = navtool_here(*named, "--robot", written)
+    assert [entry["reason"].count("/nosuch") for entry in json.loads(refused.out)["quarantined"]] == [1]
 
 
 def test_a_reason_is_reported_once_for_all_its_recordings(navtool_here: Callable[..., Any], tmp_path: Path) -> None:

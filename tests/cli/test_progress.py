@@ -62,6 +62,17 @@ def test_the_steps_of_another_pace_do_not_make_the_end_jump() -> None:
     assert max(ends_s) < 1.25 * took_s
 
 
+def test_work_of_minutes_is_told_once_where_nobody_looks(capfd: pytest.CaptureFixture[str]) -> None:
+    clock = Clock()
+    with WorkProgress("epochs", clock) as bar:
+        bar.begin(30, 3000)
+        for _ in range(5):
+            bar.advance(10, 0)
+            clock.now_s += 6.0
+        bar.done(1, "loss 1")
+    assert capfd.readouterr() == ("", "1 of 30 epochs: about 30 minutes to go\n")
+
+
 def test_nothing_is_drawn_where_nobody_looks(capfd: pytest.CaptureFixture[str]) -> None:
     with WorkProgress("recordings") as bar:
         bar.begin(1, 10)

@@ -85,6 +85,18 @@ def test_a_finished_run_goes_on_with_more_epochs_and_is_not_overwritten(
     assert json.loads((run / "metrics.json").read_text())["epochs"] == 1
 
 
+def test_a_single_run_reports_to_a_program(
+    navtool_here: Callable[..., Any], small_dataset: Path, tmp_path: Path
+) -> None:
+    done = navtool_here("train", "--data", small_dataset, "--out", tmp_path / "run", "--json", *SMALL)
+    assert done.code == 0, done.err
+    told = json.loads(done.out)
+    assert (told["epochs"], told["run"]) == (1, (tmp_path / "run").as_posix())
+    refused = navtool_here("train", "-m", "--data", small_dataset, "--json", "seed=1,2")
+    assert refused.code == 2
+    assert "summary.json" in refused.err
+
+
 def test_a_job_that_fails_says_why_once(navtool_here: Callable[..., Any], small_dataset: Path, tmp_path: Path) -> None:
     absent = tmp_path / "weights.pt"
     setting = f"model.pretrained_image_weights={absent}"
@@ -93,3 +105,4 @@ def test_a_job_that_fails_says_why_once(navtool_here: Callable[..., Any], small_
     assert "weights.pt" in single.err
     assert single.err.count("error:") == 1
     assert "Error executing job" not in single.err
+    assert not (tmp_path / "a").exists(), "nothing was trained"

@@ -1,11 +1,13 @@
 """Judging a network: the right samples, honest about training data, plain JSON."""
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
+from noted import noted
 from torch import Tensor
 
 from navtool.base.plain import plain
@@ -87,6 +89,29 @@ def test_a_split_without_samples_says_why(small_config: TrainConfig, small_world
     source.columns["valid.lidar"] = np.zeros(len(source), dtype=np.bool_)
     with pytest.raises(TrainError, match=r"no samples in 12 rows \(12 no_cloud\)"):
         judge(source, small_config, Split.val)
+
+
+def test_without_a_test_split_another_one_is_judged(small_config: TrainConfig, small_world: SyntheticConfig) -> None:
+    source = SyntheticSource(small_world)
+    config = replace(small_config, split=replace(small_config.split, test_fraction=0.0, test_places=[]))
+    with pytest.raises(TrainError, match="no recordings for the test split") as caught:
+        judge(source, config, Split.test)
+    assert "--split val" in str(caught.value.cure)
+    assert judge(source, config, Split.val).samples > 0
+
+
+@pytest.mark.parametrize(("says", "code"), [(0.9, "judged.always-success"), (0.1, "judged.always-failure")])
+def test_a_constant_is_told(small_config: TrainConfig, small_world: SyntheticConfig, says: float, code: str) -> None:
+    def constant(image: Tensor, *_: Tensor) -> Tensor:
+        return torch.full((len(image), 10), says)
+
+    source = SyntheticSource(small_world)
+    origin = Origin("run", "run", small_config, lineage_of(source, small_config))
+    report = evaluate_scorer(constant, source, Split.val, origin=origin, device=CPU)
+    (told,) = noted(report.notes, code)
+    assert "of every trajectory" in told
+    assert report.to_json()["notes"] == [told]
+    assert not judge(source, small_config, Split.val).notes, "one that tells them apart is no constant"
 
 
 def test_a_damaged_lineage_is_named(small_config: TrainConfig, small_world: SyntheticConfig) -> None:

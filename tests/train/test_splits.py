@@ -100,6 +100,33 @@ def test_one_place_is_too_few_and_the_cure_works() -> None:
     assert all(split_episodes(episodes, SplitConfig(group_by=GroupBy.run)).episodes(split) for split in Split)
 
 
+@pytest.mark.parametrize("places", [("a", "b"), ("a", "a", "b"), ("a", "a"), ("a",)])
+def test_each_cure_that_is_told_works(places: tuple[str, ...]) -> None:
+    episodes = runs(*places)
+    with pytest.raises(TrainError) as caught:
+        split_episodes(episodes, SplitConfig())
+    told = str(caught.value.cure)
+    cures = {
+        "split.test_fraction=0": SplitConfig(test_fraction=0.0),
+        "split.group_by=run": SplitConfig(group_by=GroupBy.run),
+    }
+    works = {}
+    for name, config in cures.items():
+        try:
+            split_episodes(episodes, config)
+            works[name] = True
+        except TrainError:
+            works[name] = False
+    assert {name: name in told for name in cures} == works
+    assert "record more places" in told
+
+
+def test_recordings_are_called_so_where_they_are_kept_apart() -> None:
+    with pytest.raises(TrainError, match="2 recordings for 3 splits") as caught:
+        split_episodes(runs("a", "a"), SplitConfig(group_by=GroupBy.run))
+    assert "place" not in str(caught.value.cure)
+
+
 def test_without_a_test_fraction_two_groups_are_enough() -> None:
     splits = split_episodes(runs("a", "b"), SplitConfig(test_fraction=0.0))
     assert (len(splits.train), len(splits.val), splits.test) == (1, 1, ())

@@ -1,9 +1,11 @@
 """Judging success probabilities as the planner uses them."""
 
+from collections.abc import Iterator
 from dataclasses import fields
 
 from torch import Tensor
 
+from navtool.base.note import Note
 from navtool.pipeline.success_metrics import BinaryMetrics, SuccessMetrics, success_metrics
 from navtool.train.config import TrainConfig
 from navtool.train.judgement import Judgement, Table
@@ -35,7 +37,23 @@ class SuccessJudge:
             "fpr": whole.fpr,
             "fnr": whole.fnr,
         }
-        return Judgement(seen.loss(), metrics, logged, _table(metrics))
+        return Judgement(seen.loss(), metrics, logged, _table(metrics), tuple(_doubts(metrics)))
+
+
+def _doubts(metrics: SuccessMetrics) -> Iterator[Note]:
+    """What speaks against relying on the figures, or on the network."""
+    whole = metrics.trajectory
+    counts = f"{whole.positives} successes, {whole.negatives} failures"
+    if not whole.positives or not whole.negatives:
+        kind = "failures" if whole.positives else "successes"
+        what = f"the samples hold no {kind} ({counts}): no figure says whether the model tells them apart"
+        yield Note("judged.one-class", what)
+    elif whole.fpr == 1.0 and whole.fnr == 0.0:
+        what = f"the model says success of every trajectory ({counts}): it warns of nothing"
+        yield Note("judged.always-success", what)
+    elif whole.fpr == 0.0 and whole.fnr == 1.0:
+        what = f"the model says failure of every trajectory ({counts}): nothing is let pass"
+        yield Note("judged.always-failure", what)
 
 
 def _table(metrics: SuccessMetrics) -> Table:

@@ -44,7 +44,7 @@ def test_a_sound_data_set_has_nothing_but_what_it_says_of_itself(labelled_datase
         for finding in report.findings
     )
     told = report.to_json()
-    assert set(told) == {"passed", "dataset", "episodes", "rows", "checks", "findings"}
+    assert set(told) == {"passed", "dataset", "episodes", "rows", "checks", "findings", "splits"}
     assert told["checks"] == report.checks
     assert len(report.checks) == 12
 

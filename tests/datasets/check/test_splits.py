@@ -40,6 +40,19 @@ def test_the_splits_of_a_run_are_looked_at_with_the_data_set(labelled_dataset: P
     assert ("WARN", "train and val share the places place-0") in told(train=members(0, 1), val=members(2))
     edit_json(made[2], sha256=json.loads(made[0].read_text())["sha256"])
     assert ("FAIL", f"train and val share the recordings {sources[2]}") in told(train=members(0, 1), val=members(2))
+    lineage.write_text(
+        json.dumps(
+            {
+                "split": {"train": members(0), "val": members(1)},
+                "dataset": {"recordings": [{"sha256": one["sha256"]} for one in NavDataset(dataset).provenance()]},
+            }
+        )
+    )
+    assert check_dataset(dataset, splits=lineage).splits.keys() == {"train", "val"}
+    assert "1 episodes" in check_dataset(dataset, splits=lineage).splits["train"]
+    edit_json(made[1], sha256="0" * 64)
+    found = [f.message for f in check_dataset(dataset, splits=lineage).findings if f.check == "named splits"]
+    assert f"val knows episode 1, {sources[1]}, by another hash: it is another data set's" in found
     for text in ("[]", "{}{", '{"train": 3}', '{"train": [0.5]}', '{"train": "0:99999999999"}'):
         lineage.write_text(text)
         with pytest.raises(DatasetsError, match=r"no splits|JSON"):

@@ -128,7 +128,7 @@ def test_all_faulty_lines_are_named_at_once_with_their_numbers(tmp_path: Path) -
     assert "outdoor/run1.bag" in by_line["line 3"]
     assert "indoor/run2.bag, outdoor/run2.bag; name which" in by_line["line 4"]
     assert "ends 1 s before it starts" in by_line["line 5"]
-    assert "outcome '2' is neither 0 nor 1" in by_line["line 6"]
+    assert "outcome '2' is neither success (1) nor failure (0)" in by_line["line 6"]
     assert "start 'soon'" in by_line["line 7"]
     assert "4 values under 5 columns" in by_line["line 8"]
     assert "lies outside of outdoor/run1.bag, which lasts from 0.500 s to 60.000 s" in by_line["line 9"]

@@ -77,7 +77,7 @@ def test_again_it_is_done_and_otherwise_refused(write_recording: Write, tmp_path
     again = profile(path, out)
     assert again == replace(first, done_before=True, seconds=0.0)
     assert files(out) == before
-    with pytest.raises(DatasetsError, match="made with another settings"):
+    with pytest.raises(DatasetsError, match="made with another"):
         profile(path, out, most_mps=5.0)
 
 

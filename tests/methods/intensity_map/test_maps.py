@@ -293,7 +293,7 @@ def test_again_it_is_done_and_with_other_settings_refused(write_recording: Calla
     assert replace(again, done_before=False) == replace(first, seconds=0.0)
     assert again.done_before
     assert hashes(tmp_path / "maps") == before
-    with pytest.raises(DatasetsError, match="made with another settings"):
+    with pytest.raises(DatasetsError, match="made with another sensor height"):
         maps_of(path, tmp_path / "maps", settings(sensor_height=SensorHeight.setting))
     other = write_recording("mcap", intensity_drive(speed_mps=0.4), name="other")
     with pytest.raises(DatasetsError, match="made with another input"):

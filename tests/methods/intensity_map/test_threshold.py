@@ -76,7 +76,7 @@ def test_a_fit_that_is_there_is_told_again_and_another_refused(
     assert again.done_before
     assert not first.done_before
     assert again.tried == first.tried
-    with pytest.raises(DatasetsError, match="what is here was made with another settings"):
+    with pytest.raises(DatasetsError, match=r"what is here was made with another tried\.heights_m"):
         fit(path, truth(), out, heights_m=[0.5])
     with pytest.raises(DatasetsError, match="what is here was made with another truth"):
         fit(path, truth("pliable", "solid"), out)
