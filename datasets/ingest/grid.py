@@ -8,7 +8,8 @@ from jaxtyping import Int64
 from navtool.base.errors import DatasetsError
 from navtool.datasets.recording import Recording
 from navtool.datasets.robot.config import RobotConfig
-from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
+from navtool.datasets.robot.front_camera import recorded_topic_map
+from navtool.datasets.robot.topic_map import TopicMap
 from navtool.datasets.streams.clock import StreamTime
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.from_transforms import may_hold_odometry
@@ -41,7 +42,7 @@ def usable_topics(recording: Recording, robot: RobotConfig) -> TopicMap:
     Raises:
         DatasetsError: No stream can span a grid.
     """
-    topics = resolve_topic_map(robot, recording.topics)
+    topics = recorded_topic_map(robot, recording)
     spanned = grid_streams(topics.streams) or lone_grid_streams(topics.streams)
     if not (spanned or may_hold_odometry(topics, robot)):
         raise _nothing_usable(recording, topics)

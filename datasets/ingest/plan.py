@@ -34,6 +34,7 @@ from navtool.datasets.store.sidecar import write_streams
 from navtool.datasets.streams.battery_sign import discharge_sign
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.first_pass import FirstPass, first_pass, refuse_unreadable
+from navtool.datasets.streams.flag_sense import with_flag_sense
 from navtool.datasets.streams.found_notes import level_notes, picture_views, unreadable_notes
 from navtool.datasets.streams.from_transforms import add_from_transforms
 from navtool.datasets.streams.measured_offsets import measure_offsets
@@ -110,7 +111,7 @@ def plan_episode(
         clocks = compared.clocks
         grid = lay_grid(recording, topics, clocks, config.fps)
         read = small_streams(found, grid.times, calibration, robot)
-    small = read.streams
+    small, flag_notes = with_flag_sense(read.streams, inverted=robot.intervention.inverted)
     discharge = discharge_sign(robot.battery_current_sign, small.get("battery"))
     measured = small_columns(grid.ticks_ns, small, contents, config.sync, discharge.sign)
     views = picture_views(robot, found.streams)
@@ -120,6 +121,7 @@ def plan_episode(
         write_streams(streams_to, small)
     notes = [*stream_faults(recording, found), *measured.notes, *discharge.notes, *read.odometry_notes]
     notes += [*geometry_notes(found, calibration, changed), *gravity_notes(small.get("imu")), *unreadable_notes(found)]
+    notes += flag_notes
     notes += held_notes(large, grid, config.sync)
     notes += [*overrule_notes(robot, calibration), *recording.notes(), *level_notes(found.streams, views)]
     notes += deskew_notes(small, wanted=config.deskew and "lidar" in large)

@@ -11,9 +11,11 @@ from navtool.base.errors import DatasetsError
 from navtool.base.note import Note
 from navtool.base.plain import plain_fields
 from navtool.datasets.recording import Recording, Topic, open_recording
-from navtool.datasets.robot.config import FurtherCamera, FurtherLidar, RobotConfig
-from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
+from navtool.datasets.robot.config import FurtherCamera, FurtherLidar, InterventionFlag, RobotConfig
+from navtool.datasets.robot.front_camera import recorded_topic_map
+from navtool.datasets.robot.topic_map import TopicMap
 from navtool.datasets.streams.first_pass import look_at, without_pictures
+from navtool.datasets.streams.flag_sense import says_good
 from navtool.datasets.streams.found_notes import level_notes, picture_views
 from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.table import is_large, of_kind, sensor_of
@@ -85,7 +87,11 @@ def robot_from(base: RobotConfig, inspection: Inspection) -> RobotConfig:
     for stream in of_kind("lidar", found):
         if name := sensor_of(stream):
             lidars[name] = replace(lidars.get(name, FurtherLidar(topics=[found[stream]])), topics=[found[stream]])
-    return replace(base, topics=replace(base.topics, **first), cameras=cameras, lidars=lidars)
+    flag = base.intervention
+    if flag.inverted is None and says_good(read.get("intervention", "")):
+        flag = InterventionFlag(inverted=True)
+    topics = replace(base.topics, **first)
+    return replace(base, topics=topics, cameras=cameras, lidars=lidars, intervention=flag)
 
 
 @dataclass(slots=True)
@@ -118,7 +124,7 @@ def inspect_recording(
         DatasetsError: If it is not a recording, is damaged, or has a candidate topic of another type.
     """
     with open_recording(path, ros_distro=ros_distro) as recording:
-        topic_map = resolve_topic_map(robot or RobotConfig(), recording.topics)
+        topic_map = recorded_topic_map(robot or RobotConfig(), recording)
         large = {topic: RecordedStream(topic) for name, topic in topic_map.streams.items() if is_large(name)}
         times = _times(recording, large, on_read)
         return Inspection(

@@ -95,7 +95,7 @@ class CameraFallback:
     """none, plumb_bob, rational_polynomial or equidistant, or as a driver spells them."""
     distortion: list[float] = field(default_factory=list)
     """Coefficients in OpenCV's order; plumb_bob and rational_polynomial 4 to 14, equidistant 4."""
-    overrule: bool = False
+    overrule: bool = field(default=False, metadata=LEFT_OUT_WHILE_EMPTY)
     """Whether it counts although the recording has a CameraInfo, which is wrong."""
 
     def __post_init__(self) -> None:
@@ -129,7 +129,7 @@ class Mounting:
     """Position in the base frame: forward, left, up."""
     rpy_rad: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     """Roll, pitch, yaw about the base's fixed axes; of the optical frame (z forward, x right) for the camera."""
-    overrule: bool = False
+    overrule: bool = field(default=False, metadata=LEFT_OUT_WHILE_EMPTY)
     """Whether it counts although the recording's tf has a pose, which is wrong."""
 
     def __post_init__(self) -> None:
@@ -234,6 +234,14 @@ class JoyCommand:
 
 
 @dataclass(kw_only=True, slots=True)
+class InterventionFlag:
+    """What the intervention's flag means."""
+
+    inverted: bool | None = None
+    """Whether true means that all is well; None leaves it to its name and to what the robot does meanwhile."""
+
+
+@dataclass(kw_only=True, slots=True)
 class RobotConfig:
     """One robot as its recordings see it; every stream that is left open is proposed from each recording."""
 
@@ -261,6 +269,8 @@ class RobotConfig:
     odometry_twist: OdometryTwist | None = field(default=None, metadata=LEFT_OUT_WHILE_EMPTY)
     """Where the odometry's speeds come from: as_recorded, parent_frame (turned out of the axes of its poses' frame) or
     from_poses; None compares them with the poses, mends what these tell, and says so."""
+    intervention: InterventionFlag = field(default_factory=InterventionFlag)
+    """What the flag of the stream ``intervention`` means."""
     joy: JoyCommand | None = None
     """What the axes of a joystick mean that stands in for commands; None where there is none."""
     camera: CameraFallback | None = None

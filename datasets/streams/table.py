@@ -78,6 +78,8 @@ _ROWS = (
         hints=TopicHints(
             weights=(
                 (r"front|forward", 4),
+                (r"(?<!left)(?<!right)(?<!left_)(?<!right_)(front|forward)(?!.*(left|right))", 2),
+                (r"cent(er|re)", 1),
                 (r"(?<!de)colou?r|rgb|hdr", 2),
                 (r"left", 1),
                 (r"right", -1),
