@@ -43,7 +43,7 @@ def test_recordings_a_sheet_and_a_report_come_out(navtool_here: Callable[..., An
     assert again.code == 0
     assert "1 episodes were there already" in again.err
     other = navtool_here("simulate", *SMALL, "camera.width=80", "--out", out)
-    assert other.code == 1
+    assert other.code == 2
     assert "camera.width (was 64, now 80)" in other.err
 
 

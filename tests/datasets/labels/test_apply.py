@@ -21,7 +21,7 @@ from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.labels.apply import label_dataset
 from navtool.datasets.labels.config import CollisionConfig, LabelConfig, StuckConfig
 from navtool.datasets.labels.report import LabelReport
-from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.robot.config import OdometryTwist, RobotConfig
 from navtool.datasets.store import journal
 from navtool.datasets.store.journal import journal_path, recover
 from navtool.datasets.store.reader import NavDataset
@@ -166,7 +166,8 @@ def test_an_odometry_at_odds_with_itself_is_noted(tmp_path: Path, write_recordin
                 fields["twist"] = {"twist": {"linear": {"x": 2.0}}}
             yield topic, kind, stamp_ns, fields
 
-    ingest([write_recording("mcap", faster(), name="odd")], tmp_path / "set", RobotConfig(), IngestConfig())
+    robot = RobotConfig(odometry_twist=OdometryTwist.as_recorded)
+    ingest([write_recording("mcap", faster(), name="odd")], tmp_path / "set", robot, IngestConfig())
     (note,) = label_dataset(tmp_path / "set", LabelConfig()).notes
     assert "/odd: by its poses the odometry drives 0.50 times as far as by its speeds" in note.text
 
