@@ -12,6 +12,7 @@ from odometry_drives import START_NS, OdometryDrive, odometry_drive, odometry_en
 from navtool.datasets.check import Severity, check_dataset
 from navtool.datasets.labels.apply import label_dataset
 from navtool.datasets.labels.config import LabelConfig
+from navtool.datasets.robot.config import InterventionFlag, RobotConfig
 
 type Write = Callable[..., Path]
 
@@ -36,7 +37,8 @@ def judged(
         for t, active in zip(drive.time_s.tolist(), flag(drive), strict=True)
     ]
     path = write("mcap", sorted([*odometry_entries(drive), *flags], key=lambda entry: entry[2]), "run")
-    assert not ingested([path], out).quarantined
+    as_recorded = RobotConfig(intervention=InterventionFlag(inverted=False))  # ingest would turn or drop the odd ones
+    assert not ingested([path], out, robot=as_recorded).quarantined
     listed = out.parent / "events.csv"
     listed.write_text(f"bag,start,end,outcome,reason\n{events}")
     label_dataset(out, LabelConfig(), listed if events else None)

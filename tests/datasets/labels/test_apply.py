@@ -21,7 +21,8 @@ from navtool.datasets.ingest.ingest import ingest
 from navtool.datasets.labels.apply import label_dataset
 from navtool.datasets.labels.config import CollisionConfig, LabelConfig, StuckConfig
 from navtool.datasets.labels.report import LabelReport
-from navtool.datasets.robot.config import OdometryTwist, RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.robot.odometry_twist import OdometryTwist
 from navtool.datasets.store import journal
 from navtool.datasets.store.journal import journal_path, recover
 from navtool.datasets.store.reader import NavDataset
