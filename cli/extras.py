@@ -14,6 +14,19 @@ _EXTRAS = {
 }
 
 
+def require_extra(extra: str) -> None:
+    """Do nothing where all libraries of an extra are installed.
+
+    Raises:
+        ModuleNotFoundError: One is not.
+    """
+    from importlib.util import find_spec
+
+    for package in _EXTRAS[extra]:
+        if find_spec(package) is None:
+            raise ModuleNotFoundError(f"No module named {package!r}", name=package)
+
+
 def missing_extra(error: ModuleNotFoundError) -> "NavtoolError | None":
     """The error that names the extra to install; None where the module belongs to none of them."""
     from navtool.base.errors import NavtoolError

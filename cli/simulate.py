@@ -31,6 +31,7 @@ def simulate(
     """
     from navtool.cli.compose import UsageError, print_config, wrong_call
     from navtool.cli.console import print_json
+    from navtool.cli.extras import require_extra
     from navtool.sim.record.recordings import recordings_folder
 
     config = simulation_config(overrides or [])
@@ -41,6 +42,7 @@ def simulate(
         raise UsageError("no folder was named", where="simulate", cure="pass --out FOLDER")
     if preview is not None and preview.suffix != ".png":
         raise UsageError("is not the name of a PNG", where=preview, cure="end --preview in .png")
+    require_extra("sim")
     with wrong_call():
         recordings_folder(out).refuse_other()
     report = run_simulation(config, out, episodes, seed, workers)

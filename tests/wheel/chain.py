@@ -76,7 +76,7 @@ def _chain(navtool: Path, work: Path) -> None:
 
 
 def _base(navtool: Path, work: Path) -> None:
-    """What works without extras does; every other verb names its extra in one line."""
+    """What works without extras does; every other verb names its extra as the cure."""
     _verb(navtool, work, "inspect", _recording(work))
     _verb(navtool, work, "ingest", "bags", "--out", "dataset-base", "place='{parent}'", "fps=2")
     _verb(navtool, work, "label", "dataset-base")
@@ -86,8 +86,8 @@ def _base(navtool: Path, work: Path) -> None:
         done = _called(navtool, work, *call)
         extra = "sim" if verb == "simulate" else "train"
         lines = done.stderr.strip().splitlines()
-        if done.returncode == 0 or len(lines) != 1 or f"navtool[{extra}]" not in lines[0]:
-            raise ChainError(f"{navtool} {verb} does not name its extra in one line:\n{done.stderr}")
+        if done.returncode == 0 or len(lines) != 2 or lines[1].strip() != f"cure: pip install 'navtool[{extra}]'":
+            raise ChainError(f"{navtool} {verb} does not name its extra:\n{done.stderr}")
 
 
 def _recording(work: Path) -> str:
