@@ -22,7 +22,7 @@ COINCIDE = 0.8
 """Failures follow the speed where of all rows that failed or moved so large a share did both."""
 DRIVES_MPS, TURNS_RADPS = 0.1, 0.15
 _LEAST_S = 3.0
-"""Of shorter movements and stands nothing is said."""
+"""Shorter movements and stands say nothing."""
 _STAND = frozenset({"stuck", "collision", "slip"})
 """Reasons whose rows stand, or do not move as the speed says, by what they are."""
 

@@ -17,7 +17,7 @@ from navtool.datasets.decode.messages import ImageFrame
 from navtool.pipeline.arrays import Array
 
 type Pixels = UInt8[Array, "rows w *channels"]
-"""Of several planes, rows of all of them; else those of the image."""
+"""Rows of all planes where there are several; else those of the image."""
 type Rgb = UInt8[Array, "h w 3"]
 
 

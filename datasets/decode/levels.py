@@ -16,7 +16,7 @@ _EVERY_NS = 200_000_000
 _FULL = 65_535
 _DEPTHS = (8, 10, 12, 14, 16)
 _USED_SHARE = 0.25
-"""Of a bit depth's range a camera uses at least so much; a narrower band is a thermal camera's."""
+"""A camera uses at least so much of a bit depth's range; a narrower band is a thermal camera's."""
 _MARGIN = 0.25
 """How far beyond the band that was seen brightness goes on growing, as a share of the band."""
 _OUTSIDE_SHARE = 0.05

@@ -49,7 +49,7 @@ _MOST_LEFT = 64
 definition is at work."""
 
 _SMALL_RECORD = 16
-"""Of larger records, one that is left at a message's end is one that its count lacks."""
+"""Larger records that are left at a message's end are some that its count lacks."""
 
 
 class StampLayout(NamedTuple):

@@ -39,7 +39,7 @@ class Channel:
     """None where the recording embeds none."""
     count: int
     md5sum: str = ""
-    """Of the type as ROS 1 counts it; empty where the recording does not say it."""
+    """The type's checksum as ROS 1 counts it; empty where the recording does not say it."""
 
 
 @runtime_checkable

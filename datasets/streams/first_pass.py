@@ -33,7 +33,7 @@ from navtool.datasets.streams.video_survey import VideoSurvey
 logger = logging.getLogger(__name__)
 
 _SOURCES = 8
-"""Of so many sensors on one topic the first message is decoded."""
+"""Sensors on one topic of which the first message is decoded."""
 _TRIES = 5
 """Messages of a large stream that may be broken before the stream counts as unreadable."""
 
