@@ -38,7 +38,7 @@ class TimeOffset(NamedTuple):
     sd_s: float
     """Standard deviation of the lag."""
     correlation: float
-    """Of the two turning rates at that lag, in [-1, 1]."""
+    """Correlation of the two turning rates at that lag, in [-1, 1]."""
     scale: float
     """Turning rate of the second for one of the first."""
 

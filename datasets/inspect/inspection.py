@@ -16,7 +16,7 @@ from navtool.datasets.robot.front_camera import recorded_topic_map
 from navtool.datasets.robot.topic_map import TopicMap
 from navtool.datasets.streams.first_pass import look_at, without_pictures
 from navtool.datasets.streams.flag_sense import says_good
-from navtool.datasets.streams.found_notes import level_notes, picture_views
+from navtool.datasets.streams.found_notes import UNDECODABLE, level_notes, picture_views
 from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.table import is_large, of_kind, sensor_of
 
@@ -147,7 +147,7 @@ def _large_notes(robot: RobotConfig, topics: TopicMap, large: Mapping[str, Recor
     for name, stream in streams.items():
         if stream.record_ns and stream.native_size is None:
             fault = without_pictures(stream).first_fault
-            notes.append(Note("stream.undecodable", f"{name}: its messages cannot be decoded: {fault}"))
+            notes.append(Note(UNDECODABLE, f"{name}: its messages cannot be decoded: {fault}"))
         notes += [note.about(name) for note in stream.notes]
     return [*notes, *level_notes(streams, picture_views(robot, streams))]
 

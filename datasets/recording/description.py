@@ -18,6 +18,9 @@ from navtool.datasets.recording.part_names import (
     without_copies,
 )
 
+DESCRIPTION = "recording.description"
+"""Code of the notes that say what a metadata.yaml is not."""
+
 NAME = "metadata.yaml"
 
 
@@ -86,4 +89,4 @@ def _named(chosen: Sequence[Chosen]) -> str:
 
 
 def _note(what: str) -> Note:
-    return Note("recording.description", what)
+    return Note(DESCRIPTION, what)

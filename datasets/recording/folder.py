@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from navtool.base.errors import DatasetsError
 from navtool.base.note import Note
-from navtool.datasets.recording.description import Described, described
+from navtool.datasets.recording.description import DESCRIPTION, Described, described
 from navtool.datasets.recording.foreign import translated
 from navtool.datasets.recording.part_names import (
     Chosen,
@@ -130,7 +130,7 @@ def _outdated(found: Described) -> list[Note]:
     if not found.missing:
         return []
     what = f"metadata.yaml lists {', '.join(found.missing)}, which is not there: the files beside it are read"
-    return [Note("recording.description", what)]
+    return [Note(DESCRIPTION, what)]
 
 
 def _all_missing(folder: Path, found: Described) -> DatasetsError:

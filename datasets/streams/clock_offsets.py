@@ -17,6 +17,12 @@ from navtool.base.note import Note
 from navtool.datasets.streams.table import in_order, row_of
 from navtool.pipeline.arrays import Array
 
+SUSPECTED = "clock.offset-suspected"
+"""Code of the notes that say that a clock may be off, and that nothing was done."""
+
+OFFSET = "clock.offset"
+"""Code of the notes that say by how much a header clock is off, and what was done."""
+
 AHEAD_S = 0.1
 """Further ahead of the recorder no stamp of the same clock can be."""
 SUSPECT_S = 0.1
@@ -237,13 +243,13 @@ def _known(apart_s: float) -> tuple[str, float] | None:
 
 def _exact(what: str, exact_s: float) -> Note:
     text = f"its header clock is {_side(exact_s)} the others', as it is {what}; its stamps were shifted"
-    return Note("clock.offset", text)
+    return Note(OFFSET, text)
 
 
 def _estimate(apart_s: float, drift: float) -> Note:
     drifts = f", and drifts by {drift * -1e6:+.0f} ppm" if drift else ""
     text = f"its header clock is {_side(apart_s)} the others' by the times of record{drifts}; its stamps were shifted"
-    return Note("clock.offset", text)
+    return Note(OFFSET, text)
 
 
 def _suspicion(behind_s: float) -> Note:
@@ -251,7 +257,7 @@ def _suspicion(behind_s: float) -> Note:
         f"its stamps are {_side(-behind_s)} the others' against the times of record: a sensor that is late, or a clock "
         "that is apart; they stay as they are"
     )
-    return Note("clock.offset-suspected", text)
+    return Note(SUSPECTED, text)
 
 
 def _side(apart_s: float) -> str:

@@ -19,6 +19,7 @@ from navtool.datasets.streams.clock import (
 )
 from navtool.datasets.streams.clock_offsets import (
     AHEAD_S,
+    OFFSET,
     ClockOffset,
     OffsetPolicy,
     Shift,
@@ -159,5 +160,5 @@ class Clocks:
             raise DatasetsError(what, where=stream, cure=cure)
         if self.policy.offsets is OffsetPolicy.keep:
             text = f"{said.partition(';')[0]}; its stamps stay, as set; {key}={seconds:.3f} would shift them"
-            return ClockOffset(offset.apart_s, None, Note("clock.offset", text))
-        return ClockOffset(offset.apart_s, offset.shift, Note("clock.offset", f"{said}; {key}= sets it by hand"))
+            return ClockOffset(offset.apart_s, None, Note(OFFSET, text))
+        return ClockOffset(offset.apart_s, offset.shift, Note(OFFSET, f"{said}; {key}= sets it by hand"))

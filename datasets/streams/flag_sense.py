@@ -11,6 +11,9 @@ from navtool.base.note import Note
 from navtool.datasets.streams.timed_stream import TimedStream
 from navtool.pipeline.arrays import Array
 
+INVERTED = "flag.inverted"
+"""Code of the notes that say which way a flag counts."""
+
 _GOOD = re.compile(
     r"(?<![a-z])(ok|okay|released?|healthy|clear(ed)?|ready|normal|safe|inactive|alive|good|off)(?![a-z])"
 )
@@ -53,17 +56,15 @@ def with_flag_sense(
         if not by_name:
             return dict(small), []
         text = f"intervention: by its name {topic} is true while all is well; it is inverted; {by_hand}"
-        return dict(small) | {"intervention": _inverted(flag)}, [Note("flag.inverted", text)]
+        return dict(small) | {"intervention": _inverted(flag)}, [Note(INVERTED, text)]
     seen = f"intervention: {topic}{', inverted by its name,' if by_name else ''} is true in {share:.0%} of the time in "
     seen += "which the robot moves"
     if active.all() or not (by_name or _STOP.search(topic.lower())):
         left = {name: stream for name, stream in small.items() if name != "intervention"}
         return left, [Note("flag.left-out", f"{seen}; it is left out; {by_hand}")]
     if by_name:
-        return dict(small), [Note("flag.inverted", f"{seen}; it is taken as recorded; {by_hand}")]
-    return dict(small) | {"intervention": _inverted(flag)}, [
-        Note("flag.inverted", f"{seen}; it is inverted; {by_hand}")
-    ]
+        return dict(small), [Note(INVERTED, f"{seen}; it is taken as recorded; {by_hand}")]
+    return dict(small) | {"intervention": _inverted(flag)}, [Note(INVERTED, f"{seen}; it is inverted; {by_hand}")]
 
 
 def _inverted(flag: TimedStream) -> TimedStream:

@@ -11,6 +11,9 @@ from navtool.datasets.streams.first_pass import FirstPass
 from navtool.datasets.streams.recorded_stream import RecordedStream
 from navtool.datasets.streams.table import FRONT, of_kind, sensor_of
 
+UNDECODABLE = "stream.undecodable"
+"""Code of the notes that say that no message of a stream can be decoded."""
+
 
 def recovered_notes(recording: Recording) -> list[Note]:
     """Notes on what had to be skipped to read the recording."""
@@ -26,7 +29,7 @@ def unreadable_notes(found: FirstPass) -> list[Note]:
     """Notes on streams of which not one message can be decoded."""
     return [
         Note(
-            "stream.undecodable",
+            UNDECODABLE,
             f"{name}: not one of {stream.undecodable} messages on {stream.topic} can be decoded: {stream.first_fault}",
         )
         for name, stream in found.unreadable.items()

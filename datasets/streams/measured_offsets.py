@@ -12,7 +12,7 @@ import numpy as np
 from navtool.base.note import Note
 from navtool.datasets.recording import Recording
 from navtool.datasets.streams.clock import StreamTime
-from navtool.datasets.streams.clock_offsets import SUSPECT_S, ClockOffset, Shift
+from navtool.datasets.streams.clock_offsets import OFFSET, SUSPECT_S, SUSPECTED, ClockOffset, Shift
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.sensor_turning import sensor_turning
 from navtool.datasets.streams.table import is_large, row_of
@@ -22,7 +22,7 @@ from navtool.pipeline.time_offset import TimeOffset, Turning, busiest, time_offs
 
 _REACH_S = 3.0
 _LONGEST_S = 300.0
-"""Of a longer recording the busiest part is compared."""
+"""The busiest part of a longer recording is compared."""
 _LOOKED_AT_S = 40.0
 """So much of clouds and pictures is decoded."""
 _AGREE_S = 0.15
@@ -142,10 +142,10 @@ def _settled_pair(clocks: Clocks, measured: Measured) -> Clocks:
     if "imu" in clocks.offsets or "odometry" in clocks.offsets:
         return clocks
     text = (
-        f"shows the robot's turning {_side(lag_s)} the imu ({measured}), though the times of record do not: one of the "
+        f"shows the robot's turning {_when(lag_s)} the imu ({measured}), though the times of record do not: one of the "
         f"two is filtered or stamped late; they stay as they are, sync.odometry.offset_s={-lag_s:.3f} shifts it"
     )
-    return clocks.shifted("odometry", ClockOffset(lag_s, None, Note("clock.offset-suspected", text)))
+    return clocks.shifted("odometry", ClockOffset(lag_s, None, Note(SUSPECTED, text)))
 
 
 def _settled(clocks: Clocks, stream: str, measured: Measured) -> Clocks:
@@ -160,12 +160,12 @@ def _settled(clocks: Clocks, stream: str, measured: Measured) -> Clocks:
             f"its header clock is {_side(lag_s)} that of {measured.against} by the robot's turning ({measured}); its "
             "stamps were shifted"
         )
-        return clocks.shifted(stream, ClockOffset(lag_s, Shift(-lag_s), Note("clock.offset", text)))
+        return clocks.shifted(stream, ClockOffset(lag_s, Shift(-lag_s), Note(OFFSET, text)))
     text = (
-        f"shows the robot's turning {_side(lag_s)} {measured.against} ({measured}), which the times of record do not "
+        f"shows the robot's turning {_when(lag_s)} {measured.against} ({measured}), which the times of record do not "
         f"say; its stamps stay as they are, {clocks.policy.key_of(stream)}.offset_s={-lag_s:.3f} shifts them"
     )
-    return clocks.shifted(stream, ClockOffset(lag_s, None, Note("clock.offset-suspected", text)))
+    return clocks.shifted(stream, ClockOffset(lag_s, None, Note(SUSPECTED, text)))
 
 
 def _refined(clocks: Clocks, stream: str, shift: Shift, measured: Measured) -> Clocks:
@@ -178,7 +178,7 @@ def _refined(clocks: Clocks, stream: str, shift: Shift, measured: Measured) -> C
         f"its header clock is {_side(-finer.seconds)} the others' by the times of record and the robot's turning "
         f"({measured} against {measured.against}); its stamps were shifted"
     )
-    return clocks.shifted(stream, ClockOffset(-finer.seconds, finer, Note("clock.offset", text)))
+    return clocks.shifted(stream, ClockOffset(-finer.seconds, finer, Note(OFFSET, text)))
 
 
 def _cleared(clocks: Clocks, streams: list[str]) -> Clocks:
@@ -189,3 +189,8 @@ def _cleared(clocks: Clocks, streams: list[str]) -> Clocks:
 
 def _side(lag_s: float) -> str:
     return f"{abs(lag_s):.3f} s {'ahead of' if lag_s > 0 else 'behind'}"
+
+
+def _when(lag_s: float) -> str:
+    """When a stream shows a motion by its own stamps: after another one where its clock is ahead."""
+    return f"{abs(lag_s):.3f} s {'after' if lag_s > 0 else 'before'}"

@@ -10,6 +10,9 @@ from navtool.datasets.streams.timed_stream import TimedStream
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import yaw_from_quaternion
 
+ASIDE = "odometry.moves-aside"
+"""Code of the notes that say that a robot moves aside of where its poses look."""
+
 _ATTITUDE = ("qx", "qy", "qz", "qw")
 _STEP_S = 1.0
 """Travel is measured over so long: the noise of a pose is small against it."""
@@ -61,7 +64,7 @@ def heading_notes(odometry: TimedStream | None) -> list[Note]:
             f"odometry: the robot moves {_side(aside_rad)} of where its poses look; if it does not walk sideways, its "
             f"odometry_yaw_rad lacks {aside_rad:.3f}"
         )
-        notes.append(Note("odometry.moves-aside", what))
+        notes.append(Note(ASIDE, what))
     if (aside_rad := _aside(measured)) is not None:
         what = f"state: the measured velocity points {_side(aside_rad)}; only its forward part is taken"
         notes.append(Note("state.velocity-aside", what))

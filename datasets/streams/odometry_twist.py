@@ -11,7 +11,7 @@ from navtool.datasets.robot.odometry_twist import OdometryTwist
 from navtool.datasets.streams.pose_travel import POSE_COLUMNS, PoseTravel, pose_travel
 from navtool.datasets.streams.timed_stream import TimedStream
 from navtool.datasets.streams.twist_columns import mend_columns
-from navtool.datasets.streams.twist_comparison import Witnesses
+from navtool.datasets.streams.twist_comparison import APART, Witnesses
 from navtool.datasets.streams.twist_frame import seconds_for_parent, turned_from_parent
 from navtool.datasets.streams.twist_rows import Rows, compare_rows
 from navtool.pipeline.arrays import Array
@@ -131,7 +131,7 @@ def _row_notes(rows: Rows, travel: PoseTravel) -> list[Note]:
             f"odometry: {_parts(rows.apart)} by its velocities is another one than by its poses in {_share(apart)}, "
             "and nothing tells which is right; kept as recorded"
         )
-        notes.append(Note("odometry.twist-apart", what))
+        notes.append(Note(APART, what))
     return notes
 
 

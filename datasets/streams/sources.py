@@ -11,6 +11,9 @@ from navtool.datasets.streams.recorded_stream import RecordedStream, Source
 from navtool.datasets.streams.table import POSED, is_large, row_of, sensor_of
 from navtool.pipeline.arrays import Array
 
+SEVERAL = "topic.several-sources"
+"""Code of the notes that say which sources a topic has, and which is read."""
+
 _MOST = 8
 """More are no sensors: the frame's name says something else of each message."""
 _SAME = 1e-3
@@ -55,11 +58,11 @@ def _told_apart(name: str, stream: RecordedStream, tree: TransformTree, wanted: 
     listed = _listed(stream)
     if len(stream.sources) > _MOST:
         text = f"{name}: the messages on {topic} name {len(stream.sources)} frames; they are taken for one sensor's"
-        return Note("topic.several-sources", text)
+        return Note(SEVERAL, text)
     chosen = _chosen(stream, wanted, taken)
     if chosen is None:
         stream.leave_out(np.ones(len(stream.source), dtype=np.bool_))
-        return Note("topic.several-sources", f"{name}: none of the messages on {topic} is of {wanted}: {listed}")
+        return Note(SEVERAL, f"{name}: none of the messages on {topic} is of {wanted}: {listed}")
     kept: Array = np.array(stream.source) == list(stream.sources).index(chosen)
     for number, source in enumerate(stream.sources):
         others: Array = np.array(stream.source) == number
@@ -74,7 +77,7 @@ def _told_apart(name: str, stream: RecordedStream, tree: TransformTree, wanted: 
         return None
     text = f"{name}: {len(stream.sources)} sources publish on {topic}: {listed}; {_named(chosen, stream)} is read, the "
     text += f"others are left out ({int((~kept).sum())} messages){_cure(name, stream, chosen)}"
-    return Note("topic.several-sources", text)
+    return Note(SEVERAL, text)
 
 
 def _join_single_messages(stream: RecordedStream) -> None:

@@ -10,6 +10,9 @@ from navtool.datasets.streams.pose_travel import PoseTravel
 from navtool.datasets.streams.twist_windows import SLOWEST, Windows, summed
 from navtool.pipeline.arrays import Array
 
+APART = "odometry.twist-apart"
+"""Code of the notes that say that speeds and poses disagree, and that nothing was done."""
+
 LEAST_TRAVEL = np.array([0.5, 0.5, 0.3])
 """Travel by the poses from which a part that stays zero was never filled: metres, metres, radians."""
 FASTEST_MPS = 30.0
@@ -82,4 +85,4 @@ class TwistComparison:
         """Keep columns as they were recorded, with a note that nothing decides."""
         self.undecided[columns] = True
         cure = "kept as recorded; robot.odometry_twist=from_poses takes the speeds from the poses"
-        self.notes.append(Note("odometry.twist-apart", f"odometry: {what}; {cure}"))
+        self.notes.append(Note(APART, f"odometry: {what}; {cure}"))

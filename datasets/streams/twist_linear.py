@@ -4,12 +4,14 @@ import numpy as np
 from jaxtyping import Complex128
 
 from navtool.base.note import Note
+from navtool.datasets.streams.odometry_heading import ASIDE
 from navtool.datasets.streams.twist_comparison import FASTEST_MPS, LEAST_TRAVEL, TwistComparison
 from navtool.datasets.streams.twist_units import unit_of
 from navtool.datasets.streams.twist_ways import (
     FIT,
     ONE_WAY,
     STEADY,
+    TURNED,
     both_move,
     fitting,
     middle,
@@ -79,7 +81,7 @@ def _turn(
         linear = (linear.conj() if mirror else linear) * np.exp(1j * angle)
         columns.speeds[:, 0], columns.speeds[:, 1] = linear.real, linear.imag
         what = f"odometry: its speeds point {shown}; turned onto it"
-        columns.notes.append(Note("odometry.twist-turned", what))
+        columns.notes.append(Note(TURNED, what))
         return True
     if not mirror and _twist_is_wrong(columns, measured, way, turned_round=True):
         columns.undecided[:2] = True
@@ -89,7 +91,7 @@ def _turn(
                 "odometry: the robot moves backwards by where its poses look; if it does not drive backwards, its "
                 f"odometry_yaw_rad lacks {np.pi:.3f}"
             )
-            columns.notes.append(Note("odometry.moves-aside", what))
+            columns.notes.append(Note(ASIDE, what))
         return True
     columns.leave([0, 1], f"its speeds point {shown}, and nothing tells which of them is right")
     return False

@@ -9,6 +9,7 @@ from navtool.datasets.streams.twist_ways import (
     FIT,
     ONE_WAY,
     STEADY,
+    TURNED,
     both_move,
     fitting,
     middle,
@@ -42,7 +43,7 @@ def mend_turning(columns: TwistComparison) -> None:
                 return
             columns.speeds[:, 2] *= -1
             what = "odometry: its turning rate has the other sign than the turns of its poses; turned round"
-            columns.notes.append(Note("odometry.twist-turned", what))
+            columns.notes.append(Note(TURNED, what))
         if unit.name:
             columns.speeds[:, 2] /= unit.factor
             columns.notes.append(unit_note("turning rates", unit.name, unit.factor, "rad/s"))

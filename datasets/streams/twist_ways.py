@@ -6,6 +6,9 @@ from jaxtyping import Bool, Complex128, Float64
 from navtool.base.note import Note
 from navtool.pipeline.arrays import Array
 
+TURNED = "odometry.twist-turned"
+"""Code of the notes that say how speeds were turned."""
+
 FIT = 0.7
 """Velocities fit where they give so many of the ways of the poses,"""
 _CLOSE = 0.3

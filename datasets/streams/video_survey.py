@@ -17,7 +17,7 @@ class VideoSurvey:
     codecs: dict[str, None] = field(default_factory=dict)
     keys: list[int] = field(default_factory=list)
     parameters: dict[int, bytes] = field(default_factory=dict)
-    """Of key frames whose own packet has none: those that came last."""
+    """The last ones before a key frame, for those whose own packet has none."""
     packets: int = 0
     _last_parameters: bytes = b""
     _tried: int = 0
