@@ -53,7 +53,7 @@ def job_with_robot[T](config: str, robot: str | None, overrides: Sequence[str], 
 
 def named_streams(robot: str | None, overrides: Sequence[str], composed: "RobotConfig") -> set[str]:
     """Streams whose topics the user named, in a robot file or an override; a preset only lists candidates."""
-    from navtool.datasets.robot.config import NO_TOPIC
+    from navtool.datasets.robot.sensor_config import NO_TOPIC
 
     in_file = robot is not None and ("/" in robot or "." in robot)
     candidates = {stream: topics for stream, topics in composed.candidates().items() if topics not in ([], [NO_TOPIC])}

@@ -11,8 +11,9 @@ from navtool.base.errors import DatasetsError
 from navtool.base.note import Note
 from navtool.base.plain import plain_fields
 from navtool.datasets.recording import Recording, Topic, open_recording
-from navtool.datasets.robot.config import FurtherCamera, FurtherLidar, InterventionFlag, RobotConfig
+from navtool.datasets.robot.config import InterventionFlag, RobotConfig
 from navtool.datasets.robot.front_camera import recorded_topic_map
+from navtool.datasets.robot.sensor_config import FurtherCamera, FurtherLidar
 from navtool.datasets.robot.topic_map import TopicMap
 from navtool.datasets.streams.first_pass import look_at, without_pictures
 from navtool.datasets.streams.flag_sense import says_good

@@ -10,8 +10,9 @@ from navtool.base.plain import plain
 from navtool.datasets.decode.table import MESSAGES, TRANSFORMS, proposed_types, readable_types
 from navtool.datasets.recording import Topic
 from navtool.datasets.robot.camera_topics import camera_name, camera_namespaces
-from navtool.datasets.robot.config import NO_TOPIC, RobotConfig
+from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.robot.further_sensors import propose_further
+from navtool.datasets.robot.sensor_config import NO_TOPIC
 from navtool.datasets.robot.topic_unused import UnusedTopic, unused_topics
 from navtool.datasets.streams.table import STREAMS, further, is_large, row_of, sensor_of
 

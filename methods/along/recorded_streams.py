@@ -13,8 +13,9 @@ from navtool.datasets.recording import RawMessage, Recording
 from navtool.datasets.recording.changed import changed_meanwhile
 from navtool.datasets.recording.identity import source_name
 from navtool.datasets.robot.calibration import calibrate
-from navtool.datasets.robot.config import NO_TOPIC, RobotConfig, TopicCandidates
+from navtool.datasets.robot.config import RobotConfig, TopicCandidates
 from navtool.datasets.robot.recorded_geometry import RecordedGeometry, latest_transforms
+from navtool.datasets.robot.sensor_config import NO_TOPIC
 from navtool.datasets.robot.topic_map import TopicMap, resolve_topic_map
 from navtool.datasets.streams.clocks import Clocks
 from navtool.datasets.streams.config import SyncConfig

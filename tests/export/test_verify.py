@@ -47,6 +47,17 @@ def exchange(artefact: Path, name: str, data: bytes) -> None:
     edit(artefact, lambda content: content["files"].update({name: entry}), sealed=True)
 
 
+def test_what_was_said_of_the_training_is_told_again(exported: Path, tmp_path: Path) -> None:
+    artefact = Path(shutil.copytree(exported, tmp_path / "artefact"))
+    told = ["the model says success of every trajectory"]
+    edit(artefact, lambda content: content.update(metrics={"splits": {"test": {"notes": told}}}), sealed=True)
+    report = verify(artefact, 1)
+    assert report.passed, "it is whole all the same"
+    assert report.notes == (f"test: {told[0]}",)
+    edit(artefact, lambda content: content.update(metrics={"splits": {"test": {"notes": 3}, "val": []}}), sealed=True)
+    assert verify(artefact, 1).notes == (), "figures of another form say nothing"
+
+
 def test_an_exported_artefact_passes(exported: Path) -> None:
     before = {path.name: path.stat().st_mtime_ns for path in exported.iterdir()}
     report = verify(exported, 2)

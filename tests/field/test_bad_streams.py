@@ -10,7 +10,8 @@ from field_drives import camera_drive, picture, raw
 from ingesting import ingested
 from noted import noted
 
-from navtool.datasets.robot.config import FurtherCamera, RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.robot.sensor_config import FurtherCamera
 
 type Make = Callable[..., Any]
 BAD: dict[str, dict[str, Any]] = {

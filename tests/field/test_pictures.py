@@ -13,7 +13,8 @@ from ingesting import ingested as ingest_report
 from noted import noted
 
 from navtool.datasets.inspect.inspection import inspect_recording
-from navtool.datasets.robot.config import PictureSettings, RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.robot.sensor_config import PictureSettings
 
 type Make = Callable[..., Any]
 

@@ -21,7 +21,8 @@ from shared_topics import (
 )
 
 from navtool.datasets.ingest.plan import EpisodePlan
-from navtool.datasets.robot.config import FurtherLidar, RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.robot.sensor_config import FurtherLidar
 from navtool.datasets.store.reader import NavDataset
 from navtool.datasets.store.schema import IMU_KEY, PROPRIOCEPTION_KEY
 from navtool.pipeline.arrays import Array

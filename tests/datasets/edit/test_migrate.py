@@ -16,7 +16,8 @@ from navtool.base.errors import DatasetsError
 from navtool.base.setting_error import SettingError
 from navtool.datasets.check import check_dataset
 from navtool.datasets.edit.migrate import migrate, renamed
-from navtool.datasets.robot.config import FurtherCamera, RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.robot.sensor_config import FurtherCamera
 from navtool.datasets.store.reader import NavDataset
 
 

@@ -19,15 +19,8 @@ from navtool.base.errors import DatasetsError
 from navtool.datasets.check import check_dataset
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.inspect.inspection import inspect_recording, robot_from
-from navtool.datasets.robot.config import (
-    CameraFallback,
-    FurtherCamera,
-    FurtherLidar,
-    Mounting,
-    RobotConfig,
-    load_robot_file,
-    save_robot_file,
-)
+from navtool.datasets.robot.config import RobotConfig, load_robot_file, save_robot_file
+from navtool.datasets.robot.sensor_config import CameraFallback, FurtherCamera, FurtherLidar, Mounting
 from navtool.datasets.store.reader import NavDataset
 from navtool.datasets.streams.config import FurtherSync, SyncConfig
 from navtool.datasets.streams.sync import Method

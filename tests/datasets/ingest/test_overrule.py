@@ -10,7 +10,8 @@ import pytest
 from ingesting import ingested
 from noted import noted
 
-from navtool.datasets.robot.config import CameraFallback, Mounting, RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.robot.sensor_config import CameraFallback, Mounting
 from navtool.datasets.store.reader import NavDataset
 
 type Drive = Callable[..., list[Any]]

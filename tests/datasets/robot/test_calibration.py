@@ -10,8 +10,9 @@ from navtool.base.errors import DatasetsError
 from navtool.base.files import write_json
 from navtool.datasets.decode.messages import CameraInfoSample, Transform
 from navtool.datasets.robot.calibration import CameraImages, calibrate, read_calibration
-from navtool.datasets.robot.config import CameraFallback, Mounting, RobotConfig
+from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.robot.recorded_geometry import RecordedGeometry, TransformTree, latest_transforms
+from navtool.datasets.robot.sensor_config import CameraFallback, Mounting
 from navtool.pipeline.geometry.camera import CameraModel
 from navtool.pipeline.geometry.transforms import invert_transform, transform_from_xyz_rpy
 

@@ -10,7 +10,8 @@ from noted import noted
 from navtool.base.errors import DatasetsError
 from navtool.datasets.decode.table import proposed_types
 from navtool.datasets.recording import Topic
-from navtool.datasets.robot.config import FurtherCamera, FurtherLidar, RobotConfig, TopicCandidates
+from navtool.datasets.robot.config import RobotConfig, TopicCandidates
+from navtool.datasets.robot.sensor_config import FurtherCamera, FurtherLidar
 from navtool.datasets.robot.topic_map import propose_topic_map, resolve_topic_map
 
 TYPES = {

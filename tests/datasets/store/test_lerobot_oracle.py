@@ -9,7 +9,8 @@ import pytest
 from drive_factory import REAR, STREAMS
 from ingesting import ingested
 
-from navtool.datasets.robot.config import FurtherCamera, RobotConfig
+from navtool.datasets.robot.config import RobotConfig
+from navtool.datasets.robot.sensor_config import FurtherCamera
 from navtool.datasets.store.reader import NavDataset
 from navtool.datasets.store.stats import column_stats
 

@@ -11,9 +11,10 @@ from noted import noted
 from navtool.datasets.check import Severity, check_dataset
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.ingest import ingest
-from navtool.datasets.robot.config import Mounting, RobotConfig
+from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.robot.gravity import odd_gravity
 from navtool.datasets.robot.odometry_twist import OdometryTwist
+from navtool.datasets.robot.sensor_config import Mounting
 from navtool.datasets.store.reader import NavDataset
 from navtool.pipeline.geometry.transforms import (
     quaternion_from_rpy,
