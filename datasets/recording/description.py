@@ -44,15 +44,21 @@ def described(folder: Path) -> Described | None:
         return None
     try:
         content: Any = yaml.safe_load(file.read_text(encoding="utf-8"))
-        listed = [PurePath(str(x)).name for x in content["rosbag2_bagfile_information"]["relative_file_paths"]]
+        listed = _names(content["rosbag2_bagfile_information"]["relative_file_paths"])
     except OSError as error:
         raise DatasetsError(f"the description cannot be read ({error.strerror})", where=file) from error
-    except (yaml.YAMLError, ValueError, KeyError, TypeError) as error:
+    except (yaml.YAMLError, ValueError, KeyError, TypeError, RecursionError) as error:
         what = "is empty" if not file.stat().st_size else f"describes no recording ({describe(error)})"
         return Described([], (_note(f"metadata.yaml {what}: the files beside it are read"),))
     if not listed:
         return Described([], (_note("metadata.yaml lists no files: those beside it are read"),))
     return _compared(folder, listed)
+
+
+def _names(paths: Any) -> list[str]:
+    if not isinstance(paths, list | None):
+        raise TypeError("its relative_file_paths are no list")
+    return [PurePath(str(path)).name for path in paths or ()]
 
 
 def _compared(folder: Path, listed: Sequence[str]) -> Described:

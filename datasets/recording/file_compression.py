@@ -34,17 +34,28 @@ def unpacked(file: Path) -> Iterator[Path]:
             file.open("rb") as stream,
             contents.open("wb") as target,
         ):
-            _decompress(stream, target)
+            for block in _decompressed(stream):
+                target.write(block)
         yield contents
 
 
-def _decompress(stream: BinaryIO, target: BinaryIO) -> None:
+def unpacked_bytes(file: Path) -> int:
+    """How many bytes a file holds that is compressed as a whole, without keeping them.
+
+    Raises:
+        DatasetsError: It cannot be read or decompressed.
+    """
+    with translated("the file cannot be decompressed", where=file, cure="copy it again"), file.open("rb") as stream:
+        return sum(map(len, _decompressed(stream)))
+
+
+def _decompressed(stream: BinaryIO) -> Iterator[bytes]:
     frame = zstandard.ZstdDecompressor().decompressobj()
     while block := stream.read(_BLOCK_BYTES):
         while block:
             if frame.eof:
                 frame = zstandard.ZstdDecompressor().decompressobj()
-            target.write(frame.decompress(block))
+            yield frame.decompress(block)
             block = frame.unused_data
     if not frame.eof:
         raise DatasetsError("the compressed file is truncated", cure="copy it again")

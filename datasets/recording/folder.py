@@ -87,13 +87,15 @@ def recordings_in(folder: Path, span_of: SpanOf) -> list[Path]:
     """
     with translated("the folder cannot be read", where=folder, cure="check its rights"):
         found = described(folder)
-        if found is not None and (found.files or found.missing):
+        if found is not None and found.files:
             return [folder]
         below = [path for entry in sorted(folder.iterdir()) if entry.is_dir() for path in recordings_in(entry, span_of)]
         sets = _sets(folder, span_of)
         if len(sets) == 1 and not below and (len(sets[0]) > 1 or found is not None):
             return [folder]
-        return sorted([*map(_name_of, sets), *below], key=str)
+        # A description whose files are gone is a recording that cannot be read, and not what lies in the folders below.
+        gone = [folder] if found is not None and found.missing and not sets else []
+        return sorted([*gone, *map(_name_of, sets), *below], key=str)
 
 
 def parts_named(path: Path) -> list[Chosen]:

@@ -7,7 +7,9 @@ from typing import NamedTuple
 
 import zstandard
 
+from navtool.base.errors import DatasetsError
 from navtool.base.note import Note
+from navtool.datasets.recording.file_compression import unpacked_bytes
 
 _BAG_FILE = re.compile(r".*\.(bag|db3|mcap)(\.zstd)?")
 # Recorders write numbers without leading zeros; 000, 001 are a user's runs.
@@ -16,7 +18,6 @@ _DATE = re.compile(r"\d{4}(-\d{2}){5}$")
 """What ROS 1 writes before the number of a part: when it began, so that it differs from part to part."""
 _PACKED = ".zstd"
 _HEAD_BYTES = 32
-_BLOCK_BYTES = 1 << 20
 
 
 class Chosen(NamedTuple):
@@ -67,27 +68,20 @@ def consecutive(parts: Sequence[Path]) -> bool:
 
 def _whole_one(plain: Path, packed: Path) -> Chosen:
     try:
+        size = plain.stat().st_size
         with packed.open("rb") as stream:
             stated = zstandard.frame_content_size(stream.read(_HEAD_BYTES))
-        same = stated == plain.stat().st_size
     except (OSError, zstandard.ZstdError):
         return Chosen(plain, (_note(plain, packed, "which cannot be unpacked"),))
-    if same:
+    if stated == size:
         return Chosen(plain, (_note(plain, packed, "which says that it holds as many bytes"),))
-    if _unpacks(packed):
-        return Chosen(packed, (_note(packed, plain, "which is not all of it"),))
-    return Chosen(plain, (_note(plain, packed, "which is torn"),))
-
-
-def _unpacks(packed: Path) -> bool:
-    frame = zstandard.ZstdDecompressor().decompressobj()
     try:
-        with packed.open("rb") as stream:
-            while (block := stream.read(_BLOCK_BYTES)) and not frame.eof:
-                frame.decompress(block)
-    except (OSError, zstandard.ZstdError):
-        return False
-    return frame.eof
+        held = unpacked_bytes(packed)
+    except DatasetsError:
+        return Chosen(plain, (_note(plain, packed, "which is torn"),))
+    if held > size:
+        return Chosen(packed, (_note(packed, plain, "which is not all of it"),))
+    return Chosen(plain, (_note(plain, packed, f"which holds {'as many' if held == size else 'fewer'} bytes"),))
 
 
 def _note(read: Path, left: Path, why: str) -> Note:

@@ -17,6 +17,7 @@ from navtool.base.errors import DatasetsError
 from navtool.datasets.ingest.natural import expand
 from navtool.datasets.inspect.inspection import inspect_recording
 from navtool.datasets.recording import open_recording
+from navtool.datasets.recording.part_names import without_copies
 
 STREAMS = ("odometry", "lidar", "tf")
 type Make = Callable[..., Any]
@@ -176,3 +177,43 @@ def test_a_part_that_cannot_be_read_is_left_out_and_named(recording_writer: Make
         assert recording.faults == ("run_1.mcap is left out: the file is empty",)
     report = ingested([folder], tmp_path / "out")
     assert any("run_1.mcap is left out" in note for note in noted(report.episodes[0].notes, "recording.recovered"))
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, "rosbag2_bagfile_information: {relative_file_paths: run_0.mcap}"])
+def test_a_description_that_no_recorder_wrote_is_a_note(text: str, recording_writer: Make, tmp_path: Path) -> None:
+    folder = parts_of_a_drive(recording_writer, tmp_path, "mcap", 2)
+    (folder / "metadata.yaml").write_text(text)
+    (said,) = noted(assert_one_recording(folder, tmp_path / "out", 10), "recording.description")
+    assert said.startswith("metadata.yaml describes no recording")
+
+
+def test_the_description_of_another_recording_hides_none(recording_writer: Make, tmp_path: Path) -> None:
+    folder = tmp_path / "recordings"
+    beside, below = folder / "beside", folder / "below"
+    for name, path in (("a", beside), ("b", beside), ("c", below / "deep")):
+        made = parts_of_a_drive(recording_writer, tmp_path, "mcap", 1, name)
+        path.mkdir(parents=True, exist_ok=True)
+        shutil.move(made / f"{name}_0.mcap", path / f"{name}.mcap")
+    for path in (beside, below):
+        described(path, ["another_0.mcap"])
+    found = [path.relative_to(folder).as_posix() for path in expand([folder])]
+    assert found == ["below", "below/deep/c.mcap", "beside/a.mcap", "beside/b.mcap"]
+    with pytest.raises(DatasetsError, match=r"holds 2 recordings, not one: a\.mcap, b\.mcap"):
+        inspect_recording(beside)
+    with pytest.raises(DatasetsError, match="1 of the 1 files it lists are missing"):
+        inspect_recording(below)
+
+
+@pytest.mark.parametrize(
+    ("kept", "read", "why"),
+    [(1.0, "run.db3", "holds as many bytes"), (0.5, "run.db3", "holds fewer bytes"), (2.0, "run.db3.zstd", "not all")],
+)
+def test_of_copies_that_do_not_say_their_size_the_longer_one_is_read(
+    kept: float, read: str, why: str, tmp_path: Path
+) -> None:
+    content = bytes(100_000)
+    (tmp_path / "run.db3").write_bytes(content)
+    frame = zstandard.ZstdCompressor().compressobj()
+    (tmp_path / "run.db3.zstd").write_bytes(frame.compress((content * 2)[: int(kept * len(content))]) + frame.flush())
+    (chosen,) = without_copies(tmp_path.iterdir())
+    assert (chosen.file.name, why in chosen.notes[0].text) == (read, True), chosen.notes
