@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float64
 
 from navtool.base.note import Note
 from navtool.datasets.streams.pose_travel import PoseTravel
-from navtool.datasets.streams.twist_windows import SLOWEST, Windows, summed
+from navtool.datasets.streams.twist_windows import Windows, summed
 from navtool.pipeline.arrays import Array
 
 APART = "odometry.twist-apart"
@@ -68,18 +68,23 @@ class TwistComparison:
 
     def travelled(self) -> Float64[Array, " 3"]:
         """Travel by the poses of all windows that move, whatever its sign."""
-        moved = np.where(self.found.moving(self.travel, self.by_poses), np.abs(self.by_poses), 0.0)
+        moved = np.where(self.found.moving(self.by_poses), np.abs(self.by_poses), 0.0)
         # Windows overlap: one begins with each pose.
         return np.asarray(moved.sum(axis=0) * self.travel.period_s / self.found.length_s.mean())
 
     @property
     def least_m(self) -> Float64[Array, " windows"]:
         """What counts as motion within each window, in metres."""
-        return np.asarray(self.found.length_s * SLOWEST[0] + 6 * self.travel.noise[0])
+        return self.found.least()[:, 0]
 
-    def last_enough(self, moves: Bool[Array, " windows"]) -> bool:
-        """Whether windows in which something moves are enough to judge by."""
-        return bool(moves.sum() * self.travel.period_s >= _LEAST_WINDOWS * self.found.length_s.mean())
+    def last_enough(self, moves: Bool[Array, " windows"], found: Windows | None = None) -> bool:
+        """Whether windows in which something moves are enough to judge by.
+
+        Args:
+            found: The windows, where they are others than those of the comparison.
+        """
+        length_s = (found or self.found).length_s
+        return bool(length_s.size) and bool(moves.sum() * self.travel.period_s >= _LEAST_WINDOWS * length_s.mean())
 
     def leave(self, columns: list[int], what: str) -> None:
         """Keep columns as they were recorded, with a note that nothing decides."""

@@ -5,15 +5,14 @@ from jaxtyping import Bool
 
 from navtool.base.note import Note
 from navtool.datasets.streams.twist_comparison import FASTEST_MPS, LEAST_TRAVEL, TwistComparison
-from navtool.datasets.streams.twist_ways import (
-    FIT,
-    fitting,
-)
+from navtool.datasets.streams.twist_ways import FIT, fitting
 from navtool.pipeline.arrays import Array
 
 _NAMES = ("vx", "vy", "wz")
 _SIDEWAYS = 0.2
-"""A robot whose travel to the side is a smaller share of the one forward does not move sideways."""
+"""A robot whose travel to the side is a smaller share of the one forward does not move sideways,"""
+_ASIDE = 0.5
+"""unless it does for a while, by more than such a share."""
 _NOTHING = 0.01
 """A velocity that never reaches such a share of the usual one was not filled in: rounding leaves as much."""
 
@@ -27,10 +26,10 @@ def fill_empty(columns: TwistComparison) -> None:
         fill[:2] = fill[:2].any()
     else:
         # A velocity aside of the way is not one of which a part is missing.
-        alone = columns.found.moving(columns.travel, columns.by_poses, columns.by_twist)[:, 0]
+        alone = columns.found.moving(columns.by_poses, columns.by_twist)[:, 0]
         fits = fitting(columns.by_poses[alone, 0] + 0j, columns.by_twist[alone, 0] + 0j, columns.least_m[alone])
         fill[0] = False
-        fill[1] &= bool(total[1] > _SIDEWAYS * total[0]) and fits > FIT
+        fill[1] &= (bool(total[1] > _SIDEWAYS * total[0]) or _goes_aside(columns)) and fits > FIT
     if not fill.any():
         return
     columns.speeds[:, fill] = columns.travel.speeds()[:, fill]
@@ -44,6 +43,12 @@ def fill_empty(columns: TwistComparison) -> None:
     zero = "are" if fill.sum() > 1 else "is"
     what = f"odometry: {parts} {zero} 0 in every message while the poses move {amount}; taken from the poses"
     columns.notes.append(Note("odometry.twist-part", what))
+
+
+def _goes_aside(columns: TwistComparison) -> bool:
+    """Whether the robot goes to the side for a while."""
+    forward, left = np.abs(columns.by_poses[:, :2].T)
+    return columns.last_enough((left > _ASIDE * forward) & (left > 2 * columns.least_m))
 
 
 def _empty(columns: TwistComparison) -> Bool[Array, " 3"]:

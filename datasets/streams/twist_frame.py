@@ -7,7 +7,7 @@ from jaxtyping import Bool, Complex128, Float64
 
 from navtool.datasets.streams.pose_travel import PoseTravel, pose_travel
 from navtool.datasets.streams.timed_stream import TimedStream, unit_quaternions
-from navtool.datasets.streams.twist_windows import SLOWEST, summed, windows
+from navtool.datasets.streams.twist_windows import summed, windows
 from navtool.pipeline.arrays import Array
 from navtool.pipeline.geometry.transforms import transform_from_xyz_quaternion
 
@@ -40,7 +40,7 @@ def seconds_for_parent(odometry: TimedStream) -> tuple[float, float] | None:
     if travel is None or not np.nan_to_num(odometry.columns(*_LINEAR[:2])).any():
         return None
     found = windows(travel)
-    least = SLOWEST[0] * found.length_s + 6 * travel.noise[0]
+    least = found.least()[:, 0]
     poses = _plane(found.over(travel.way_m))
     body, parent = (_plane(found.over(way)) for way in _ways(odometry, travel))
     body = body * _turn_and_scale(poses, body, least)

@@ -17,15 +17,20 @@ from navtool.datasets.streams.twist_ways import (
     plane,
     unit_note,
 )
-from navtool.datasets.streams.twist_windows import summed
+from navtool.datasets.streams.twist_windows import summed, windows
 
 
 def mend_turning(columns: TwistComparison) -> None:
     """Bring the turning rate into radians a second, to the left."""
-    turned, measured = columns.by_poses[:, 2] + 0j, columns.by_twist[:, 2] + 0j
-    least = columns.found.length_s * 0.1 + 6 * columns.travel.noise[2]
+    travel = columns.travel
+    found = windows(travel, turning=True)
+    turned = found.over(travel.travel)[:, 2] + 0j
+    measured = found.over(summed(columns.speeds[:, 2:], travel.time_s))[:, 0] + 0j
+    least = found.least()[:, 2]
+    if not found.start.size:
+        return
     moves = both_move(turned, measured, least)
-    if not columns.last_enough(moves) or fitting(turned[moves], measured[moves], least[moves]) > FIT:
+    if not columns.last_enough(moves, found) or fitting(turned[moves], measured[moves], least[moves]) > FIT:
         return
     turned, measured = turned[moves], measured[moves]
     factor = middle(turned, measured)

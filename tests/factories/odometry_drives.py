@@ -65,9 +65,24 @@ COURSES: dict[str, Callable[[Array], tuple[Array, Array, Array]]] = {
     "reverse": lambda t: (-0.8 + 0.2 * np.sin(t), 0 * t, 0.3 * np.sin(0.4 * t)),
     "back-and-forth": lambda t: (np.sin(0.5 * t), 0 * t, 0.3 * np.sin(0.23 * t)),
     "sideways": lambda t: (0.4 * np.sin(0.5 * t) + 0.3, 0.5 * np.sin(0.37 * t), 0.3 * np.sin(0.23 * t)),
+    "once-aside": lambda t: (0.5 + 0 * t, np.where((t > 20) & (t < 26), 0.5, 0.0), 0.2 * np.sin(0.3 * t)),
     "only-sideways": lambda t: (0 * t, 0.6 + 0 * t, 0.1 * np.sin(0.3 * t)),
 }
 """Speeds forward and to the left and turning rate over time, by name."""
+
+
+def _stop_and_go(t: Array) -> tuple[Array, Array, Array]:
+    goes = np.where(t % 10 < 6, 1.0, 0.0)
+    return 0.2 * goes, 0 * t, 0.35 * goes * np.sign(np.sin(0.2 * t))
+
+
+SLOW: dict[str, Callable[[Array], tuple[Array, Array, Array]]] = {
+    "creeping": lambda t: (0.08 + 0 * t, 0 * t, 0.3 * np.sin(0.31 * t)),
+    "creeping-unsteadily": lambda t: (0.09 + 0.05 * np.sin(0.2 * t), 0 * t, 0.3 * np.sin(0.31 * t)),
+    "stop-and-go": _stop_and_go,
+    "hardly-turning": lambda t: (0.5 + 0 * t, 0 * t, 0.15 * np.sin(0.3 * t)),
+}
+"""Such as arms on wheels, tracked robots and those that turn in wide arcs drive."""
 
 
 def odometry_drive(
@@ -92,7 +107,7 @@ def odometry_drive(
     """
     rng = np.random.default_rng(7)
     fine_s = np.arange(0.0, seconds + 1.0, _STEP_S)
-    forward, left, turn = (np.asarray(part, np.float64) for part in COURSES[course](fine_s))
+    forward, left, turn = (np.asarray(part, np.float64) for part in (COURSES | SLOW)[course](fine_s))
     yaw = yaw_rad + _summed(turn)
     x = _summed(forward * np.cos(yaw) - left * np.sin(yaw))
     y = _summed(forward * np.sin(yaw) + left * np.cos(yaw))

@@ -10,6 +10,7 @@ from odometry_drives import (
     COURSES,
     FORWARD,
     LINEAR,
+    SLOW,
     TURN,
     held,
     into_parent,
@@ -83,6 +84,28 @@ def test_velocities_in_the_parent_frame_are_turned(course: str, how: dict[str, A
     np.testing.assert_allclose(speeds, sound.stream().columns(*SPEEDS), atol=1e-9)
 
 
+@pytest.mark.parametrize("how", [{}, NOISY | {"jitter_s": 0.005}], ids=["clean", "noisy"])
+@pytest.mark.parametrize("course", SLOW)
+def test_slow_robots_are_looked_at_as_well(course: str, how: dict[str, Any]) -> None:
+    sound = odometry_drive(course, **how)
+    expected = sound.stream().columns(*SPEEDS)
+    speeds, notes = compared(sound.stream())
+    assert notes == []
+    np.testing.assert_array_equal(speeds, expected)
+    for spoil, code in (
+        (into_parent, "odometry.parent-twist"),
+        (scaled(vx=3.6, vy=3.6), "odometry.twist-unit"),
+        (scaled(wz=57.29578), "odometry.twist-unit"),
+        (scaled(vx=-1, vy=-1), "odometry.twist-turned"),
+    ):
+        speeds, notes = compared(sound.spoilt(spoil).stream())
+        assert codes(notes) == [code]
+        np.testing.assert_allclose(speeds, expected, atol=0.01)
+    speeds, notes = compared(sound.spoilt(scaled(vx=0, vy=0)).stream())
+    assert codes(notes) == ["odometry.twist-part"]
+    assert np.quantile(np.abs(speeds[:, 0] - sound.truth[:, 0]), 0.9) < 0.05
+
+
 def test_one_late_turn_tells_the_frame_and_without_one_the_speeds_come_out_alike() -> None:
     drive = odometry_drive("one-turn", seconds=120.0, yaw_rad=0.0)
     speeds, notes = compared(drive.spoilt(into_parent).stream())
@@ -125,6 +148,14 @@ def test_a_sideways_part_that_is_never_filled_comes_from_the_poses() -> None:
     speeds, notes = compared(drive.spoilt(scaled(vy=0)).stream())
     assert codes(notes) == ["odometry.twist-part"]
     np.testing.assert_allclose(speeds, drive.truth, atol=0.01)
+
+
+@pytest.mark.parametrize("how", [{}, NOISY], ids=["clean", "noisy"])
+def test_a_sideways_part_that_only_a_stretch_needs_comes_from_the_poses(how: dict[str, Any]) -> None:
+    drive = odometry_drive("once-aside", **how)
+    speeds, notes = compared(drive.spoilt(scaled(vy=0)).stream())
+    assert codes(notes) == ["odometry.twist-part"]
+    assert np.quantile(np.abs(speeds[:, 1] - drive.truth[:, 1]), 0.95) < 0.05
 
 
 def test_no_velocity_at_all_and_parts_that_are_not_a_number_come_from_the_poses() -> None:
