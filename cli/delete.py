@@ -22,7 +22,8 @@ def delete(
     from navtool.datasets.store.reader import NavDataset
 
     require_there(dataset)
-    numbers = episode_numbers(episodes)
+    found = NavDataset(dataset)
+    numbers = episode_numbers(episodes, len(found.episodes))
     with WorkProgress("episodes") as progress:
-        report = without_episodes(NavDataset(dataset), numbers, out, progress)
+        report = without_episodes(found, numbers, out, progress)
     print_edits([report], as_json=as_json)

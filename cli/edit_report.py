@@ -1,7 +1,10 @@
 """What the commands that make data sets of data sets print."""
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
+
+_EPISODES = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
 
 if TYPE_CHECKING:
     from navtool.datasets.edit.new_data_set import EditReport
@@ -19,8 +22,12 @@ def print_edits(reports: Sequence["EditReport"], *, as_json: bool) -> None:
         console().print(f"{report.rows} rows in {report.episodes} episodes; data set: {report.dataset}", markup=False)
 
 
-def episode_numbers(text: str) -> list[int]:
+def episode_numbers(text: str, episodes: int) -> list[int]:
     """Episodes as a person lists them: ``0,3-5``.
+
+    Args:
+        text: The list.
+        episodes: How many the data set has; of a range that goes beyond them only the end is listed of the rest.
 
     Raises:
         UsageError: It is no such list.
@@ -29,8 +36,9 @@ def episode_numbers(text: str) -> list[int]:
 
     numbers: list[int] = []
     for part in text.split(","):
-        first, dash, last = part.strip().partition("-")
-        if not first.isdecimal() or (dash and not last.isdecimal()) or (dash and int(last) < int(first)):
+        match = _EPISODES.fullmatch(part.strip())
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+        if last < first:
             raise UsageError(f"{text!r} is no list of episodes", cure="list them as 0,3-5")
-        numbers.extend(range(int(first), int(last if dash else first) + 1))
+        numbers.extend([*range(first, min(last, episodes)), last])
     return numbers

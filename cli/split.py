@@ -25,12 +25,13 @@ def split(
     from navtool.datasets.store.reader import NavDataset
 
     require_there(dataset)
+    found = NavDataset(dataset)
     chosen: dict[str, list[int]] = {}
     for part in parts:
         name, equals, episodes = part.partition("=")
-        if not equals or name in chosen or Path(name).name != name:
+        if not equals or name in chosen or Path(name).name != name or name in ("", ".."):
             raise UsageError(f"{part!r} is no part", where="split", cure="name parts as train=0-7, each once")
-        chosen[name] = episode_numbers(episodes)
+        chosen[name] = episode_numbers(episodes, len(found.episodes))
     with WorkProgress("episodes") as progress:
-        reports = in_parts(NavDataset(dataset), chosen, out, progress)
+        reports = in_parts(found, chosen, out, progress)
     print_edits(reports, as_json=as_json)

@@ -81,7 +81,7 @@ def _video(dataset: NavDataset, stream: str) -> Findings:
     key = image_key(stream)
     for episode in dataset.episodes:
         path = dataset.layout.video(episode.index, key)
-        made = _video_sha256(dataset.provenance()[episode.index], key)
+        made = _video_sha256(dataset.provenance_of(episode.index), key)
         if path.is_file() and made is not None and file_sha256(path) != made:
             yield Severity.FAIL, short(dataset, path), "its bytes are not those that ingest wrote"
         try:

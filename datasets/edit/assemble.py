@@ -1,6 +1,5 @@
 """Episodes of data sets as a data set of their own: what deleting, splitting and merging have in common."""
 
-import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -8,7 +7,7 @@ from navtool.base.errors import DatasetsError
 from navtool.base.files import write_json
 from navtool.base.plain import flatten, plain_fields
 from navtool.base.progress import Progress
-from navtool.datasets.edit.new_data_set import EditReport, counted, new_folder, refuse_there
+from navtool.datasets.edit.new_data_set import EditReport, copy_file, copy_folder, counted, new_folder, refuse_there
 from navtool.datasets.labels.summary import joint_summary
 from navtool.datasets.store.layout import Layout
 from navtool.datasets.store.reader import Episode, NavDataset
@@ -80,7 +79,7 @@ def assemble(chosen: Sequence[Chosen], out: Path, progress: Progress | None = No
         with open_store(staging) as store:
             for dataset, episode in chosen:
                 folder = renumber(_copied(store, dataset, episode), store.numbering(None), dataset.description.contents)
-                store.commit(folder, chosen[0][0].description, dataset.provenance()[episode.index])
+                store.commit(folder, chosen[0][0].description, dataset.provenance_of(episode.index))
                 count(episode.source)
             report = EditReport(str(out), store.episodes, store.rows)
         if labels is not None:
@@ -94,10 +93,10 @@ def _copied(store: Store, dataset: NavDataset, episode: Episode) -> EpisodeFolde
     stats = entry_stats(layout.episode_meta(number))
     folder = EpisodeFolder(store.layout.staging, Numbering(number, episode.start), len(episode), stats)
     folder.root.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(layout.data(number), folder.data)
+    copy_file(layout.data(number), folder.data)
     for key in video_keys(dataset.features):
-        shutil.copyfile(layout.video(number, key), folder.video(key))
-    shutil.copytree(layout.episode(number), folder.beside, copy_function=shutil.copyfile)
+        copy_file(layout.video(number, key), folder.video(key))
+    copy_folder(layout.episode(number), folder.beside)
     return folder
 
 
@@ -132,7 +131,7 @@ def _settings(dataset: NavDataset) -> dict[str, object]:
 def _refuse_shared(chosen: Sequence[Chosen]) -> None:
     seen: dict[str, NavDataset] = {}
     for dataset, episode in chosen:
-        sha256 = str(dataset.provenance()[episode.index]["sha256"])
+        sha256 = str(dataset.provenance_of(episode.index)["sha256"])
         if sha256 in seen:
             what = f"{episode.source} is in {seen[sha256].root} too"
             raise DatasetsError(what, where=dataset.root, cure="delete it from one of them first")

@@ -14,13 +14,14 @@ from navtool.base.files import read_json, write_json
 from navtool.base.from_plain import from_plain
 from navtool.base.plain import plain_fields
 from navtool.base.progress import Progress
-from navtool.datasets.edit.new_data_set import EditReport, counted, new_folder
+from navtool.datasets.edit.new_data_set import EditReport, copy_file, copy_folder, counted, new_folder
 from navtool.datasets.ingest.config import IngestConfig
 from navtool.datasets.ingest.settings import settings_hash
 from navtool.datasets.robot.config import RobotConfig
 from navtool.datasets.store.data_file import write_data
-from navtool.datasets.store.description import Description, contents_of
+from navtool.datasets.store.description import Description, contents_of, foreign
 from navtool.datasets.store.layout import Layout
+from navtool.datasets.store.reading import reading
 from navtool.datasets.store.replace import entry_stats
 from navtool.datasets.store.row_points import ROWS_PER_PART, PointsFile, points_part
 from navtool.datasets.store.schema import (
@@ -51,12 +52,14 @@ def migrate(root: Path, out: Path, progress: Progress | None = None) -> EditRepo
         OutputError: It cannot be written.
     """
     old = Layout(root)
-    content = read_json(old.description, _OTHER) if old.description.is_file() else {}
-    if content.get("schema_version") != MIGRATED_VERSION:
-        what = (
-            f"has schema version {content.get('schema_version')}; version {MIGRATED_VERSION} becomes {SCHEMA_VERSION}"
-        )
-        raise DatasetsError(what, where=root, cure="name a data set of that version")
+    if not old.description.is_file():
+        raise foreign(root)
+    content = read_json(old.description, _OTHER)
+    version = content.get("schema_version")
+    if version != MIGRATED_VERSION:
+        what = f"has schema version {version}; version {MIGRATED_VERSION} becomes {SCHEMA_VERSION}"
+        cure = "use it as it is" if version == SCHEMA_VERSION else "name a data set of that version"
+        raise DatasetsError(what, where=root, cure=cure)
     description, before = _described(content, old.description), str(content["config_hash"])
     episodes = int(str(read_json(old.info, _OTHER)["total_episodes"]))
     count = counted(progress, episodes)
@@ -105,19 +108,23 @@ def _renamed_keys(content: Any) -> Any:
 def _migrated(store: Store, old: Layout, number: int, description: Description) -> tuple[EpisodeFolder, dict[str, Any]]:
     """An episode's files in the store's staging folder, and what it was made from."""
     features = features_of(description.contents)
-    rows = pq.ParquetFile(old.data(number)).metadata.num_rows
-    stats = _stats(old.episode_meta(number), features)
+    with reading(old.data(number)):
+        rows = pq.ParquetFile(old.data(number)).metadata.num_rows
+    with reading(old.episode_meta(number)):
+        stats = _stats(old.episode_meta(number), features)
     folder = EpisodeFolder(store.layout.staging, store.numbering(None), rows, stats)
     folder.root.mkdir(parents=True, exist_ok=True)
-    shutil.copytree(old.episode(number), folder.beside, copy_function=shutil.copyfile)
+    copy_folder(old.episode(number), folder.beside)
     columns = _columns(old.data(number))
     write_data(folder.data, features, columns)
     if COUNT_KEY in columns:
         _write_points(folder.beside / "points", old.data(number), columns[COUNT_KEY].tolist())
     for key in video_keys(features):
-        shutil.copyfile(old.video(number, key), folder.video(key))
+        copy_file(old.video(number, key), folder.video(key))
     picture = folder.beside / "sync.svg"
-    picture.write_text(re.sub(r"(>|follows )image(?=[<.])", r"\1camera", picture.read_text()))
+    with reading(old.episode(number) / picture.name):
+        drawn = picture.read_text()
+    picture.write_text(re.sub(r"(>|follows )image(?=[<.])", r"\1camera", drawn))
     for name in ("calibration.json", "sync.json"):
         write_json(folder.beside / name, _renamed_keys(read_json(folder.beside / name, _OTHER)))
     return folder, _renamed_keys(read_json(folder.beside / "provenance.json", _OTHER))
@@ -129,7 +136,8 @@ def _stats(meta: Path, features: Mapping[str, object]) -> dict[str, Stats]:
 
 
 def _columns(data: Path) -> dict[str, Shaped[Array, " rows *shape"]]:
-    table = pq.read_table(data, columns=[name for name in pq.read_schema(data).names if name != _POINTS])
+    with reading(data):
+        table = pq.read_table(data, columns=[name for name in pq.read_schema(data).names if name != _POINTS])
     columns: dict[str, Array] = {}
     for name in table.column_names:
         column = table.column(name).combine_chunks()
@@ -149,6 +157,6 @@ def _write_points(folder: Path, data: Path, counts: list[int]) -> None:
 
 
 def _clouds(data: Path) -> Iterator[Float32[Array, "10000 3"]]:
-    with pq.ParquetFile(data) as file:
+    with reading(data), pq.ParquetFile(data) as file:
         for batch in file.iter_batches(batch_size=16, columns=[_POINTS]):
             yield from batch.column(0).flatten().flatten().to_numpy().reshape(-1, CLOUD_SIZE, 3)

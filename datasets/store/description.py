@@ -34,7 +34,7 @@ class Description:
         }
 
 
-def _foreign(root: Path) -> DatasetsError:
+def foreign(root: Path) -> DatasetsError:
     """What is said of a folder that is no data set of ours, or not one any more."""
     info = Layout(root).info
     features = read_json(info, "name another folder").get("features") if info.is_file() else None
@@ -66,7 +66,7 @@ def read_description(root: Path) -> Description:
         raise DatasetsError("no such folder", where=root, cure="name the folder that `navtool ingest --out` wrote")
     path = Layout(root).description
     if not path.is_file():
-        raise _foreign(root)
+        raise foreign(root)
     content: dict[str, Any] = read_json(path, "ingest the recordings again")
     version = content.get("schema_version")
     if version != SCHEMA_VERSION:

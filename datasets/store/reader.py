@@ -18,13 +18,13 @@ from navtool.datasets.robot.calibration import Calibration, read_calibration
 from navtool.datasets.store.description import read_description
 from navtool.datasets.store.journal import recover
 from navtool.datasets.store.layout import Layout
+from navtool.datasets.store.reading import REBUILD, reading
 from navtool.datasets.store.row_points import of_fixed_size, points_part, read_points
 from navtool.datasets.store.schema import arrow_schema, features_of, video_keys
 from navtool.datasets.store.whole_clouds import WholeCloud, WholeClouds, read_whole_clouds, whole_cloud_stamps
 from navtool.datasets.streams.table import FRONT, SMALL
 from navtool.pipeline.arrays import Array
 
-_REBUILD = "run `navtool check` on it; ingest its recording again"
 _OPEN_FILES = 32
 """Open files of rows and points, and videos, that a reader keeps."""
 
@@ -125,7 +125,7 @@ class NavDataset:
         # Every part but the last has as many rows as the first.
         part, within = divmod(row - episode.start, self._file(points_part(folder, 0)).num_row_groups)
         path = points_part(folder, part)
-        with _translated(path):
+        with reading(path):
             return read_points(self._file(path), within)
 
     def image(self, row: int, camera: str = FRONT) -> UInt8[Array, "240 320 3"]:
@@ -141,7 +141,7 @@ class NavDataset:
             raise self._no_camera(camera)
         path = self.layout.video(episode.index, key)
         opened = episode.index, key
-        with _translated(path):
+        with reading(path):
             video = self._videos.pop(opened, None) or _Video(path)
             self._videos[opened] = video
             _evict(self._videos)
@@ -188,7 +188,7 @@ class NavDataset:
         path = self.layout.episode(episode) / "streams" / f"{name}.parquet"
         if not path.is_file():
             return None
-        with _translated(path):
+        with reading(path):
             table = pq.read_table(path)
         return {name: table.column(name).to_numpy() for name in table.column_names}
 
@@ -204,7 +204,7 @@ class NavDataset:
             IndexError: While iterating: there is no such episode.
         """
         folder = self._clouds_folder(episode, lidar)
-        with _translated(folder):
+        with reading(folder):
             yield from read_whole_clouds(folder, verify=self._verify)
 
     def whole_cloud(self, row: int) -> WholeCloud | None:
@@ -218,7 +218,7 @@ class NavDataset:
         if not self.description.contents.lidar or not self.column("valid.lidar")[row]:
             return None
         folder = self.layout.clouds(episode.index)
-        with _translated(folder):
+        with reading(folder):
             if episode.index not in self._whole:
                 self._whole[episode.index] = WholeClouds(folder)
             return self._whole[episode.index].of_row(row - episode.start)
@@ -231,7 +231,7 @@ class NavDataset:
             IndexError: If there is no such episode.
         """
         folder = self._clouds_folder(episode, lidar)
-        with _translated(folder):
+        with reading(folder):
             return whole_cloud_stamps(folder)
 
     def _clouds_folder(self, episode: int, lidar: str | None) -> Path:
@@ -253,42 +253,43 @@ class NavDataset:
             "config_hash": self.description.config_hash,
             "code_version": sorted({str(entry["code_version"]) for entry in provenance}),
             "recordings": [{key: entry[key] for key in ("source", "sha256", "place")} for entry in provenance],
-            "labels": read_json(self.layout.beside / "labels.json", _REBUILD)
+            "labels": read_json(self.layout.beside / "labels.json", REBUILD)
             if (self.layout.beside / "labels.json").is_file()
             else None,
         }
 
     def provenance(self) -> list[dict[str, Any]]:
-        """What each episode was made from: its recording, place, times, topics, what was recovered."""
-        return [self._provenance(episode.index) for episode in self.episodes]
+        """What each episode was made from, as `provenance_of` has it."""
+        return [self.provenance_of(episode.index) for episode in self.episodes]
 
-    def _provenance(self, episode: int) -> dict[str, Any]:
-        return read_json(self.layout.episode(episode) / "provenance.json", _REBUILD)
+    def provenance_of(self, episode: int) -> dict[str, Any]:
+        """What an episode was made from: its recording, place, times, topics, what was recovered."""
+        return read_json(self.layout.episode(episode) / "provenance.json", REBUILD)
 
     def _read_episodes(self) -> tuple[Episode, ...]:
-        info = read_json(self.layout.info, _REBUILD)
+        info = read_json(self.layout.info, REBUILD)
         total = info.get("total_episodes")
         if not isinstance(total, int) or total < 1:
-            raise DatasetsError(f"counts {total} episodes", where=self.layout.info, cure=_REBUILD)
+            raise DatasetsError(f"counts {total} episodes", where=self.layout.info, cure=REBUILD)
         episodes = []
         for number in range(total):
             path = self.layout.episode_meta(number)
-            with _translated(path):
+            with reading(path):
                 entry = pq.read_table(path, columns=["dataset_from_index", "dataset_to_index"]).to_pylist()[0]
-            made = self._provenance(number)
+            made = self.provenance_of(number)
             start, stop = int(entry["dataset_from_index"]), int(entry["dataset_to_index"])
             episodes.append(Episode(number, start, stop, str(made["source"]), str(made["place"])))
         return tuple(episodes)
 
     def _read_column(self, episode: Episode, name: str) -> Shaped[Array, " rows *shape"]:
         path = self.layout.data(episode.index)
-        with _translated(path):
+        with reading(path):
             table = self._file(path).read(columns=[name], use_threads=False)
             if not table.schema.equals(pa.schema([self._schema.field(name)])):
-                raise DatasetsError(f"{name} has another type than the schema's", where=path, cure=_REBUILD)
+                raise DatasetsError(f"{name} has another type than the schema's", where=path, cure=REBUILD)
             if table.num_rows != len(episode):
                 what = f"{table.num_rows} rows instead of {len(episode)}"
-                raise DatasetsError(what, where=path, cure=_REBUILD)
+                raise DatasetsError(what, where=path, cure=REBUILD)
             column = table.column(0).combine_chunks()
         if pa.types.is_fixed_size_list(column.type) or pa.types.is_list(column.type):
             rows: Array = column.flatten().to_numpy(zero_copy_only=False).reshape(len(column), -1)
@@ -298,7 +299,7 @@ class NavDataset:
         return values if self.features[name].names is None else values.reshape(-1, 1)
 
     def _file(self, path: Path) -> pq.ParquetFile:
-        with _translated(path):
+        with reading(path):
             file = self._files.pop(path, None) or pq.ParquetFile(
                 path, memory_map=True, page_checksum_verification=self._verify
             )
@@ -340,20 +341,3 @@ def _evict(opened: OrderedDict[Path, pq.ParquetFile] | OrderedDict[tuple[int, st
     if len(opened) > _OPEN_FILES:
         _, oldest = opened.popitem(last=False)
         oldest.close()
-
-
-class _translated:  # noqa: N801 (used as a statement)
-    """Turns what pyarrow and PyAV raise on a damaged file into our error."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, OSError | ValueError | pa.ArrowException | av.FFmpegError) and not isinstance(
-            error, DatasetsError
-        ):
-            first = str(error).splitlines()[0] if str(error) else type(error).__name__
-            raise DatasetsError(f"cannot be read ({first})", where=self._path, cure=_REBUILD) from error

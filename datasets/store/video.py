@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
+from navtool.datasets.store.reading import reading
 from navtool.datasets.store.schema import IMAGE_HEIGHT_PX, IMAGE_WIDTH_PX
 from navtool.pipeline.arrays import Array
 
@@ -63,14 +64,23 @@ class VideoWriter:
         self._container.close()
 
 
-def join_videos(parts: Sequence[Path], out: Path, fps: int) -> None:
-    """One video out of several of `VideoWriter`'s, packet by packet, without encoding anything again."""
+def join_videos(parts: Sequence[Path], out: Path, fps: int) -> list[int]:
+    """One video out of several of `VideoWriter`'s, packet by packet, without encoding anything again.
+
+    Returns:
+        How many frames came of each part.
+
+    Raises:
+        DatasetsError: A part is damaged or not there.
+    """
+    frames: list[int] = []
     out.parent.mkdir(parents=True, exist_ok=True)
     with av.open(str(out), "w", format="mp4", options={"movflags": "faststart"}) as joined:
         target: av.VideoStream | None = None
         frame = 0
         for part in parts:
-            with av.open(str(part)) as source:
+            before = frame
+            with reading(part), av.open(str(part)) as source:
                 video = source.streams.video[0]
                 if target is None:
                     target = joined.add_stream_from_template(video)
@@ -83,3 +93,5 @@ def join_videos(parts: Sequence[Path], out: Path, fps: int) -> None:
                     packet.duration = 1
                     joined.mux(packet)
                     frame += 1
+            frames.append(frame - before)
+    return frames

@@ -32,7 +32,7 @@ class EpisodeStreams(Streams):
     """
 
     def __init__(self, dataset: NavDataset, episode: int, reads: Sequence[str], odometry_gap_s: float) -> None:
-        recorded = dataset.provenance()[episode].get("topics", {})
+        recorded = dataset.provenance_of(episode).get("topics", {})
         topics = {name: str(recorded.get(name, name)) for name in reads}
         odometry = _odometry(dataset, episode) if "odometry" in reads else None
         self._stamps_ns = dataset.cloud_stamps(episode) if "lidar" in reads else np.zeros(0, np.int64)

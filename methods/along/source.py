@@ -149,7 +149,7 @@ class EpisodeSource(Source):
 
     def identity(self, settings: Mapping[str, object]) -> dict[str, object]:
         """The hash of the recording that the episode was made from, and the settings with the data set's hash."""
-        made = self._dataset.provenance()[self._episode]
+        made = self._dataset.provenance_of(self._episode)
         read = {"dataset": self._dataset.description.config_hash}
         return {"input": made["sha256"], "settings": plain({**settings, **read}), "code_version": code_version()}
 

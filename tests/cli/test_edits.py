@@ -55,10 +55,15 @@ def test_an_older_data_set_is_told_to_migrate_and_does(
         (("delete", "{data}", "x", "--out", "{out}"), 2, "list them as 0,3-5"),
         (("delete", "{data}", "2-1", "--out", "{out}"), 2, "list them as 0,3-5"),
         (("delete", "{data}", "7", "--out", "{out}"), 1, "it has 0 to 2"),
-        (("delete", "{data}", "0", "--out", "{data}"), 1, "is there already"),
+        (("delete", "{data}", "0", "--out", "{data}"), 2, "is there already"),
+        (("delete", "{data}", "0-999999999", "--out", "{out}"), 1, "there is no episode 999999999"),
+        (("delete", "{data}", "9" * 5000, "--out", "{out}"), 2, "list them as 0,3-5"),
+        (("delete", "{data}", "\u0663", "--out", "{out}"), 2, "list them as 0,3-5"),
         (("delete", "{out}", "0", "--out", "{out}"), 2, "there is no such file"),
         (("split", "{data}", "a", "--out", "{out}"), 2, "name parts as"),
         (("split", "{data}", "../a=0", "--out", "{out}"), 2, "name parts as"),
+        (("split", "{data}", "..=0", "--out", "{out}/in"), 2, "name parts as"),
+        (("split", "{data}", "=0", "--out", "{out}"), 2, "name parts as"),
         (("split", "{data}", "a=0", "b=0,1", "--out", "{out}"), 1, "episodes 0 are named twice"),
         (("merge", "{data}", "{data}", "--out", "{out}"), 1, "delete it from one of them first"),
         (("migrate", "{data}", "--out", "{out}"), 1, "version 2 becomes 3"),
@@ -74,6 +79,6 @@ def test_wrong_calls_say_the_cure(
 
 
 def test_episodes_are_listed_as_numbers_and_ranges() -> None:
-    assert episode_numbers("0,3-5, 9") == [0, 3, 4, 5, 9]
+    assert episode_numbers("0,3-5, 9", 10) == [0, 3, 4, 5, 9]
     with pytest.raises(UsageError):
-        episode_numbers("")
+        episode_numbers("", 10)

@@ -1,6 +1,7 @@
 """Episodes deleted, split and merged: what ingest and labelling would have made of the recordings alone."""
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -122,3 +123,28 @@ def test_an_interrupted_edit_leaves_nothing(recordings: list[Path], tmp_path: Pa
     without_episodes(NavDataset(tmp_path / "all"), [1], tmp_path / "left", None)
     assert len(NavDataset(tmp_path / "left").episodes) == 2
     assert hashes(tmp_path / "all") == before
+
+
+def test_a_file_that_is_gone_is_no_fault_of_the_disk(labelled_dataset: Path, tmp_path: Path) -> None:
+    shutil.copytree(labelled_dataset, tmp_path / "damaged")
+    (video,) = (tmp_path / "damaged" / "videos").rglob("file-001.mp4")
+    video.unlink()
+    with pytest.raises(DatasetsError, match=r"file-001\.mp4: is not there\n.*navtool check"):
+        without_episodes(NavDataset(tmp_path / "damaged"), [0], tmp_path / "out", None)
+    assert not (tmp_path / "out").exists()
+
+
+def test_provenance_is_read_a_few_times_an_episode(
+    labelled_dataset: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dataset = NavDataset(labelled_dataset)
+    read: list[int] = []
+    one = NavDataset.provenance_of
+
+    def counted(self: NavDataset, episode: int) -> dict[str, Any]:
+        read.append(episode)
+        return one(self, episode)
+
+    monkeypatch.setattr(NavDataset, "provenance_of", counted)
+    without_episodes(dataset, [0], tmp_path / "out", None)
+    assert sorted(read) == [1, 1, 2, 2]

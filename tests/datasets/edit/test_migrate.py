@@ -50,13 +50,29 @@ def test_ingest_knows_the_recordings_of_a_migrated_data_set(
 def test_other_versions_and_folders_are_refused(labelled_dataset: Path, tmp_path: Path) -> None:
     with pytest.raises(DatasetsError, match="has schema version 3; version 2 becomes 3"):
         migrate(labelled_dataset, tmp_path / "new")
-    with pytest.raises(DatasetsError, match="has schema version None"):
+    with pytest.raises(DatasetsError, match="not a data set"):
         migrate(tmp_path, tmp_path / "new")
     as_version_2(labelled_dataset, tmp_path / "old")
     description = tmp_path / "old" / "navtool" / "dataset.json"
     description.write_text(json.dumps(json.loads(description.read_text()) | {"robot": {"nam": "x"}}))
     with pytest.raises(SettingError, match="did you mean 'name'"):
         migrate(tmp_path / "old", tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    "part", ["data/chunk-000/file-001.parquet", "videos/observation.images.front/chunk-000/file-001.mp4", "sync.svg"]
+)
+def test_a_file_that_is_gone_or_damaged_is_named(part: str, labelled_dataset: Path, tmp_path: Path) -> None:
+    as_version_2(labelled_dataset, tmp_path / "old")
+    (file,) = [path for path in (tmp_path / "old").rglob("*") if path.as_posix().endswith(part)][-1:]
+    file.unlink()
+    with pytest.raises(DatasetsError, match=f"{file.name}: (is not there|cannot be read)"):
+        migrate(tmp_path / "old", tmp_path / "new")
+    if file.suffix == ".parquet":
+        file.write_bytes(b"PAR1")
+        with pytest.raises(DatasetsError, match=r"file-001\.parquet: cannot be read"):
+            migrate(tmp_path / "old", tmp_path / "new")
     assert not (tmp_path / "new").exists()
 
 
