@@ -12,6 +12,9 @@ from navtool.base.note import Note
 MISFIT = "cloud.size-misfit"
 """The code of what is said of numbers that the bytes contradict."""
 
+_MOST_PADDING = 64
+"""Bytes by which rows are padded, and no more."""
+
 
 class Said(NamedTuple):
     """What a message says of its size, as recorded."""
@@ -54,8 +57,10 @@ def layout_of(said: Said) -> Layout:
     if rows >= row and rows * (said.height - 1) + row <= said.data_bytes:
         return Layout(said.width, said.height, step, rows, notes)
     if row * said.height <= said.data_bytes:
-        wrong = _note(f"row_step is {said.row_step} bytes, not that of a row of points; rows lie one behind the other")
-        return Layout(said.width, said.height, step, row, (*notes, wrong))
+        padded = said.data_bytes // said.height if said.data_bytes % said.height == 0 else row
+        rows, lie = padded, f"rows of {padded} fill the bytes" if padded > row else "rows lie one behind the other"
+        wrong = _note(f"row_step is {said.row_step} bytes, not that of a row of points; {lie}")
+        return Layout(said.width, said.height, step, rows, (*notes, wrong))
     if said.data_bytes % step or not said.data_bytes:
         needed = max(rows, row) * (said.height - 1) + row
         raise DatasetsError(f"truncated point cloud: {said.data_bytes} bytes, but its size needs {needed}")
@@ -67,9 +72,10 @@ def _point_step(said: Said) -> tuple[int, tuple[Note, ...]]:
     """The bytes of a point: as the message says, or as many as its size leaves for one where fields do not fit in."""
     step, points = said.point_step, said.width * said.height
     fits = step >= said.fields_end > 0
-    if fits and not (points and points * step > said.data_bytes and said.data_bytes % step):
-        return step, ()
     shared = said.data_bytes // points if points and said.data_bytes % points == 0 else 0
+    short = points * step > said.data_bytes and said.data_bytes % step if fits else True
+    if not short and not _is_outvoted(said, shared):
+        return step, ()
     if shared >= said.fields_end and shared != step:
         return shared, (_note(f"point_step is not the size of a point, by which its {points} points fill the bytes"),)
     if not fits:
@@ -77,6 +83,17 @@ def _point_step(said: Said) -> tuple[int, tuple[Note, ...]]:
             f"field {said.last_field} ends at byte {said.fields_end} of a point, but point_step is {step}"
         )
     return step, ()
+
+
+def _is_outvoted(said: Said, shared: int) -> bool:
+    """Whether width, height, row_step and the bytes agree on another size of a point, and no padding looks like that.
+
+    Rows are padded to a multiple of 64 bytes at most by what makes recordings, and not by some for each point.
+    """
+    if not shared or said.row_step != said.width * shared:
+        return False
+    padding = said.width * (shared - said.point_step)
+    return padding < 0 or (said.height > 1 and padding >= _MOST_PADDING and (shared - said.point_step) % 4 == 0)
 
 
 def _unsaid(said: Said, step: int, notes: tuple[Note, ...]) -> Layout:

@@ -11,7 +11,7 @@ from navtool.base.errors import DatasetsError
 from navtool.base.note import Note
 from navtool.datasets.decode.encoded_size import refuse_giants
 from navtool.datasets.decode.header import head_of
-from navtool.datasets.decode.image_rows import MISFIT, rows_of
+from navtool.datasets.decode.image_rows import MISFIT, Rows, rows_of, step_that_fills
 from navtool.datasets.decode.levels import FULL, Deep
 from navtool.datasets.decode.messages import ImageFrame
 from navtool.pipeline.arrays import Array
@@ -135,6 +135,9 @@ _ONE_STEP = ("nv12", "nv21", "nv16")
 """Encodings of several planes whose rows are all of one length."""
 _ROWS_LOOKED_AT = 24
 _ROUGHER = 4.0
+_UNLIKE = 2.0
+_UNUSED_BITS = 64
+"""Of samples that use 14 bits or fewer one byte is below."""
 _DEPTH = ("16UC1", "32FC1", "16SC1", "64FC1")
 
 
@@ -171,13 +174,20 @@ def _layout(encoding: str) -> _Layout:
 def _deep(samples: Shaped[Array, "h w *channels"], layout: _Layout) -> tuple[Deep, tuple[Note, ...]]:
     """Samples of 16 bits, in the order of bytes in which neighbours are alike."""
     turned = samples.view(samples.dtype.newbyteorder())
-    if _roughness(turned) * _ROUGHER < _roughness(samples):
+    noise = _roughness(turned) * _ROUGHER < _roughness(samples)
+    if noise or _is_unused_below(samples):
         said = "big" if samples.dtype.byteorder == ">" else "little"
-        note = Note(
-            MISFIT, f"samples are noise as {said}-endian numbers and a picture the other way round: that is taken"
-        )
-        return Deep(turned.astype(np.uint16), layout.to_rgb), (note,)
+        why = "noise" if noise else "without their middle bits"
+        what = f"samples are {why} as {said}-endian numbers and a picture the other way round: that is taken"
+        return Deep(turned.astype(np.uint16), layout.to_rgb), (Note(MISFIT, what),)
     return Deep(samples.astype(np.uint16), layout.to_rgb), ()
+
+
+def _is_unused_below(samples: Shaped[Array, "h w *channels"]) -> bool:
+    """Whether the bits that are never used are those of the low byte, though samples differ in its other ones."""
+    rows = samples[:: max(1, samples.shape[0] // _ROWS_LOOKED_AT)]
+    low, high = rows & 0xFF, rows >> 8
+    return bool(0 < low.max() < _UNUSED_BITS and int(high.max()) - int(high.min()) >= 2 * _UNUSED_BITS)
 
 
 def _roughness(samples: Shaped[Array, "h w *channels"]) -> float:
@@ -242,9 +252,49 @@ def _samples(message: Any, layout: _Layout) -> tuple[Shaped[Array, "h w *channel
         )
     rows = rows_of(width, height, step, message.data.nbytes, pixel_bytes, layout.planes, message.encoding)
     dtype = np.dtype(np.uint8 if layout.sample_bytes == 1 else (">u2" if message.is_bigendian else "<u2"))
+    filling = step_that_fills(int(rows.height * layout.planes), rows.step, message.data.nbytes)
+    if filling and _is_smoother(message.data, dtype, rows, filling, rows.width * pixel_bytes):
+        what = "step leaves bytes that longer rows fill, and one is like the next only so: that is taken"
+        rows = Rows(rows.width, rows.height, filling, (Note(MISFIT, what),))
     pixel = (layout.channels,) if layout.channels > 1 else ()
     strides = (rows.step, pixel_bytes, *((layout.sample_bytes,) if pixel else ()))
-    shape = (int(rows.height * layout.planes), rows.width, *pixel)
     if layout.planes > 1 and rows.step != rows.width and message.encoding.lower() not in _ONE_STEP:
         raise DatasetsError(f"{message.encoding} with padded rows: how its planes are padded is not known")
-    return np.ndarray(shape, dtype, buffer=message.data, strides=strides), rows.notes
+    shape = (int((rows.luma_rows or rows.height) * layout.planes), rows.width, *pixel)
+    # The padding behind the last row may be left out.
+    samples: Array = np.ndarray(shape, dtype, buffer=message.data, strides=strides)
+    return _without_padding(samples, rows, message.encoding), rows.notes
+
+
+def _is_smoother(data: Shaped[Array, " bytes"], dtype: np.dtype[Any], rows: Rows, step: int, row: int) -> bool:
+    """Whether rows are like the next ones by another step, and not by the stated one."""
+    return _unlikeness(data, dtype, rows.height, step, row) * _UNLIKE < _unlikeness(
+        data, dtype, rows.height, rows.step, row
+    )
+
+
+def _unlikeness(data: Shaped[Array, " bytes"], dtype: np.dtype[Any], height: int, step: int, row: int) -> float:
+    """How much a few rows of the first plane differ from the next ones."""
+    every = max(1, height // _ROWS_LOOKED_AT)
+    pairs = [
+        (data[at : at + row], data[at + step : at + step + row]) for at in range(0, (height - 1) * step, every * step)
+    ]
+    return sum(float(np.abs(_numbers(a, dtype) - _numbers(b, dtype)).mean()) for a, b in pairs)
+
+
+def _numbers(row: Shaped[Array, " bytes"], dtype: np.dtype[Any]) -> Shaped[Array, " samples"]:
+    return np.frombuffer(row.tobytes(), dtype).astype(np.int32)
+
+
+def _without_padding(
+    samples: Shaped[Array, "rows w *channels"], rows: Rows, encoding: str
+) -> Shaped[Array, "fewer w *channels"]:
+    """The rows of all planes, without those that are padding behind each."""
+    if not rows.luma_rows:
+        return samples
+    chroma = samples[rows.luma_rows :]
+    if encoding.lower() in _ONE_STEP:
+        return np.concatenate([samples[: rows.height], chroma[: len(chroma) * rows.height // rows.luma_rows]])
+    of_one = rows.height * rows.width // 4
+    planes = chroma.reshape(2, -1)[:, :of_one].reshape(-1, rows.width)
+    return np.concatenate([samples[: rows.height], planes])

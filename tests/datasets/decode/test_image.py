@@ -279,6 +279,35 @@ def test_pictures_in_planes_become_colours(kind: str, ros_message: Make) -> None
         np.testing.assert_array_equal(decode_image(ros_message(IMAGE, wide)).rgb, frame.rgb)
 
 
+@pytest.mark.parametrize("kind", ["nv12", "nv21", "i420", "yv12", "nv16"])
+def test_rows_between_luma_and_chroma_are_left_out(kind: str, ros_message: Make) -> None:
+    rgb = smooth_rgb(40)
+    height, width = rgb.shape[:2]
+    samples = in_planes(rgb, kind)
+    split = np.split(samples.ravel(), [height * width, height * width * 5 // 4]) if kind in ("i420", "yv12") else None
+    planes = split or [samples[:height].ravel(), samples[height:].ravel()]
+    aligned = [np.concatenate([plane, np.full(len(plane) // 5, 0xAB, np.uint8)]) for plane in planes]  # 48 rows, not 40
+    fields = {**image_fields(rgb[..., 0], kind), "data": np.concatenate(aligned)}
+    frame = decode_image(ros_message(IMAGE, fields))
+    right = decode_image(ros_message(IMAGE, {**fields, "data": samples.ravel()}))
+    np.testing.assert_array_equal(frame.rgb, right.rgb)
+    assert [note.code for note in frame.notes] == ["image.size-misfit"]
+
+
+@pytest.mark.parametrize("kind", ["rgb8", "mono8", "nv12", "rgb16"])
+def test_rows_that_are_longer_than_their_step_are_seen_by_their_pixels(kind: str, ros_message: Make) -> None:
+    rgb = smooth_rgb()
+    samples = {"mono8": rgb[..., 0], "rgb16": rgb.astype(np.uint16) * 257}.get(kind, rgb)
+    samples = in_planes(rgb, kind) if kind == "nv12" else samples
+    tight = image_fields(samples, kind)
+    size = {"height": len(rgb), "step": tight["step"]}
+    right = decode_image(ros_message(IMAGE, {**tight, **size}))
+    frame = decode_image(ros_message(IMAGE, {**image_fields(samples, kind, padding=24), **size}))
+    np.testing.assert_array_equal(frame.rgb, right.rgb)
+    assert [note.code for note in frame.notes] == ["image.size-misfit"]
+    assert not right.notes
+
+
 @pytest.mark.parametrize("kind", ["8UC3", "8UC4", "BGR8", "rgb16", "bgr16", "rgba16", "bgra16", "16UC3"])
 def test_channels_without_names_are_opencvs_and_16_bits_keep_their_upper_byte(kind: str, ros_message: Make) -> None:
     rgb = smooth_rgb()
@@ -322,6 +351,15 @@ def test_the_order_of_bytes_that_is_a_picture_counts(truly: bool, said: bool, ro
     assert frame.deep is not None
     np.testing.assert_array_equal(frame.deep.samples, samples)
     assert bool(frame.notes) == (truly != said)
+
+
+@pytest.mark.parametrize("bits", [10, 12, 14])
+def test_the_order_of_bytes_is_seen_by_the_bits_that_are_never_used(bits: int, ros_message: Make) -> None:
+    samples = smooth_rgb()[..., 0].astype(np.uint16) << (bits - 8)
+    frame = decode_image(ros_message(IMAGE, {**image_fields(samples, "mono16"), "is_bigendian": 1}))
+    assert frame.deep is not None
+    np.testing.assert_array_equal(frame.deep.samples, samples)
+    assert [note.code for note in frame.notes] == ["image.size-misfit"]
 
 
 @pytest.mark.parametrize("shift", [0, 4, 8])

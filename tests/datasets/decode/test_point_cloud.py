@@ -291,6 +291,25 @@ def test_what_fits_the_bytes_counts_against_width_height_and_point_step(
     assert "cloud.size-misfit" in {note.code for note in cloud.notes}
 
 
+@pytest.mark.parametrize("row_step", [0, 400, 5])
+def test_rows_with_padding_are_found_without_their_step(row_step: int, ros_message: Make) -> None:
+    fields = cloud_fields(GRID._replace(row_padding=7), number)
+    right = decode_point_cloud(ros_message(CLOUD, fields))
+    cloud = decode_point_cloud(ros_message(CLOUD, {**fields, "row_step": row_step}))
+    np.testing.assert_array_equal(cloud.xyz, right.xyz)
+    assert [note.code for note in cloud.notes] == ["cloud.size-misfit"]
+
+
+@pytest.mark.parametrize(("tail", "said"), [(50, 24), (2, 40), (2, 30), (2, 24)])
+def test_a_point_step_is_not_believed_against_width_row_step_and_bytes(tail: int, said: int, ros_message: Make) -> None:
+    fields = cloud_fields(GRID._replace(tail=tail), number)
+    right = decode_point_cloud(ros_message(CLOUD, fields))
+    cloud = decode_point_cloud(ros_message(CLOUD, {**fields, "point_step": said}))
+    np.testing.assert_array_equal(cloud.xyz, right.xyz)
+    assert [note.code for note in cloud.notes] == ["cloud.size-misfit"]
+    assert not right.notes
+
+
 def test_padding_of_points_and_rows_and_bytes_behind_the_last_row_are_no_misfit(ros_message: Make) -> None:
     padded = cloud_fields(GRID._replace(row_padding=7), number)
     longer = {**padded, "data": np.concatenate([padded["data"], np.zeros(33, np.uint8)])}
