@@ -7,6 +7,7 @@ import av
 import av.error
 import numpy as np
 
+from navtool.datasets.decode.annex_b import head_of_packet
 from navtool.datasets.decode.h264_order import H264Order
 from navtool.datasets.decode.messages import ImageFrame, VideoPacket
 
@@ -47,7 +48,9 @@ class VideoDecoder:
         if packet.codec != self._name:
             shown = self.flush()
             self._begin(packet.codec)
-        in_order = packet.codec != "h264" or self._order.follows(packet.sps, packet.slice_head)
+        in_order = packet.codec != "h264" or self._order.follows(
+            packet.sps or head_of_packet(parameters, h265=False).sps, packet.slice_head
+        )
         if packet.key:
             self._waits_for_key = False
         elif not in_order:

@@ -123,17 +123,32 @@ def test_any_number_of_workers_gives_the_same_bytes(recording_writer: Make, tmp_
     assert hashes(tmp_path / "1") == hashes(tmp_path / "2")
 
 
+def without_later_parameters(packets: Sequence[Encoded]) -> list[Encoded]:
+    return [
+        packet
+        if place == 0 or not packet.key
+        else packet._replace(data=b"\0\0\0\1" + packet.data[packet.data.find(b"\0\0\1\x65") + 3 :])
+        for place, packet in enumerate(packets)
+    ]
+
+
+def test_packets_are_missed_behind_key_frames_without_parameter_sets_too(
+    recording_writer: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    packets = without_later_parameters(encoded("libx264", 40, **PLAIN))
+    lost = next(place for place, packet in enumerate(packets) if packet.number == 33)
+    monkeypatch.setattr(segment, "TICKS_PER_SEGMENT", 7)
+    recording = write([*packets[:lost], *packets[lost + 1 :]], recording_writer, tmp_path)
+    rows = rows_of(recording, tmp_path / "dataset")
+    assert_each_row_shows_its_own(rows, range(33))
+    assert rows.dropped["camera: cannot be decoded"] == 6
+
+
 def test_parameter_sets_that_came_once_hold_for_later_key_frames(
     recording_writer: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     packets = encoded("libx264", 40, **PLAIN)
-    first = packets[0]
-    bare = [
-        packet
-        if packet is first or not packet.key
-        else packet._replace(data=b"\0\0\0\1" + packet.data[packet.data.find(b"\0\0\1\x65") + 3 :])
-        for packet in packets
-    ]
+    bare = without_later_parameters(packets)
     assert sum(len(x.data) for x in bare) < sum(len(x.data) for x in packets)
     monkeypatch.setattr(segment, "TICKS_PER_SEGMENT", 15)
     rows = rows_of(write(bare, recording_writer, tmp_path), tmp_path / "dataset")
