@@ -47,16 +47,22 @@ def _like(message: Any, data: Any, **changes: Any) -> SimpleNamespace:
 
 
 def _zlib(data: bytes) -> bytes:
+    stream = zlib.decompressobj()
     try:
-        return zlib.decompressobj().decompress(data, _MOST_BYTES)
+        content = stream.decompress(data, _MOST_BYTES)
     except zlib.error as error:
         raise DatasetsError(f"damaged point cloud: it cannot be decompressed ({error})") from error
+    if not stream.eof:
+        raise DatasetsError(f"damaged point cloud: its {len(data)} compressed bytes are not all of it")
+    return content
 
 
 def _zstd(data: bytes) -> bytes:
     try:
-        with zstandard.ZstdDecompressor().stream_reader(data) as stream:
-            return bytes(stream.read(_MOST_BYTES))
+        if zstandard.frame_content_size(data) > _MOST_BYTES:
+            raise DatasetsError("damaged point cloud: it says that it is larger than any LiDAR's")
+        # A stream's reader would take the part of a frame for all of it.
+        return zstandard.ZstdDecompressor().decompress(data, max_output_size=_MOST_BYTES)
     except zstandard.ZstdError as error:
         raise DatasetsError(f"damaged point cloud: it cannot be decompressed ({error})") from error
 

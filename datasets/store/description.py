@@ -41,7 +41,7 @@ def foreign(root: Path) -> DatasetsError:
     if isinstance(features, dict) and STAMP_KEY in features:
         return DatasetsError(
             "has rows that navtool wrote, and nothing beside them: no clouds, streams at their own rates, calibration, "
-            "provenance or settings of the labels; a tool of LeRobot's edited or copied it",
+            "provenance or settings of the labels; `navtool compact` or a tool of LeRobot's made it",
             where=root,
             cure="run `navtool delete`, `split` or `merge` on the data set that it was made from, which keep all of "
             f"that; LeRobot's tools leave it as {root.name}_old where they edit in place",

@@ -73,6 +73,22 @@ def test_a_packed_cloud_is_the_one_that_was_packed(form: str, kind: str, ros_mes
     assert not found.notes
 
 
+def streamed(content: bytes, size: int = -1) -> bytes:
+    """A zstd frame whose head says this size; none by default."""
+    frame = zstandard.ZstdCompressor().compressobj(size=size)
+    try:
+        return bytes(frame.compress(content) + frame.flush())
+    except zstandard.ZstdError:
+        return b"\x28\xb5\x2f\xfd\xa0" + size.to_bytes(4, "little") + content
+
+
+@pytest.mark.parametrize("size", [-1, len(table().tobytes())])
+def test_a_frame_says_its_size_or_not(size: int, ros_message: Make) -> None:
+    data = np.frombuffer(streamed(table().tobytes(), size), np.uint8)
+    found = decode_compressed_cloud(ros_message(KIND, {**cloud(), "compressed_data": data, "format": "zstd"}))
+    assert len(found.xyz) == 200
+
+
 @pytest.mark.parametrize(
     ("data", "told"),
     [
@@ -80,6 +96,10 @@ def test_a_packed_cloud_is_the_one_that_was_packed(form: str, kind: str, ros_mes
         (b"DRACO" + bytes(20), "damaged point cloud"),
         (zlib.compress(bytes(4400))[:10] + bytes(5), "damaged|truncated"),
         (zstandard.ZstdCompressor().compress(table().tobytes())[:200], "damaged|truncated"),
+        (zlib.compress(table().tobytes())[:-20], "damaged point cloud: its [0-9]+ compressed bytes are not all"),
+        (zstandard.ZstdCompressor().compress(table().tobytes())[:-20], "damaged point cloud: it cannot"),
+        (streamed(table().tobytes())[:-4], "damaged point cloud: it cannot"),
+        (streamed(table().tobytes(), (1 << 29)), "larger than any"),
         (b"CLOUDINI_V02", "compressed as 'cloudini', which is not decoded; draco"),
     ],
 )
