@@ -52,6 +52,11 @@ def fitted(camera: CameraModel, region: Region, seen: tuple[int, int] | None) ->
         if _close(size, unbinned) or _same_shape(size, whole):
             notes.append(_not_believed(region, f"the pictures, {_size(size)}, have the shape of the whole sensor"))
             part = camera
+    elif part is not camera and _larger(size, region.size) and _same_shape(size, whole):
+        notes.append(
+            _not_believed(region, f"the pictures, {_size(size)}, are larger, and have the whole sensor's shape")
+        )
+        part = camera
     if not (_close(size, read_out) or _same_shape(size, (part.width, part.height))):
         notes.append(
             Note(
@@ -71,6 +76,10 @@ def _cropped(camera: CameraModel, region: Region) -> CameraModel:
 
 def _inside(region: Region, whole: tuple[int, int]) -> bool:
     return all(start + size <= most for start, size, most in zip(region.offset, region.size, whole, strict=True))
+
+
+def _larger(size: tuple[int, int], other: tuple[int, int]) -> bool:
+    return all(one - two > _ROUNDED_PX for one, two in zip(size, other, strict=True))
 
 
 def _close(size: tuple[int, int], other: tuple[int, int]) -> bool:

@@ -90,6 +90,16 @@ def test_camera_info_roi(
     assert not [note for note in notes if note.code.startswith("camera.")]
 
 
+@pytest.mark.parametrize("size", [(640, 480), (480, 360)])
+def test_a_region_that_is_smaller_than_its_pictures_is_not_believed(
+    size: tuple[int, int], recording_writer: Make, tmp_path: Path
+) -> None:
+    camera, notes = calibrated(size, info(MIDDLE), recording_writer, tmp_path)
+    np.testing.assert_allclose(camera.project(POINTS).pixels, (seen(WHOLE) + 0.5) / 2 - 0.5, atol=1e-6)
+    (told,) = noted(notes, "camera.region-unused")
+    assert f"pictures, {size[0]}x{size[1]}, are larger" in told
+
+
 def test_pictures_of_another_shape_than_their_calibration_are_told(recording_writer: Make, tmp_path: Path) -> None:
     _, notes = calibrated((640, 360), info(), recording_writer, tmp_path)
     (told,) = noted(notes, "camera.other-shape")
